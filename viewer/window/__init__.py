@@ -1,5 +1,5 @@
-"""Review window, `metamer view`: its state, every change of it, its pictures and probes.
+"""Review window, `metamer view`: its state, commands, images and probes.
 
-Begin with `state.py`; `commands.py` is the type of a change, `command_list.py` has all with their
-keys; `frame.py` is the picture. Panels are in `shell/`.
+Begin with `state.py`; `commands.py` is the type of a command, `command_list.py` lists all with their keys; `frame.py`
+is the image. Panels are in `shell/`.
 """

@@ -1,4 +1,4 @@
-"""Work beside the window, in one thread: of each kind the newest, heard of without waiting."""
+"""Background work of the window in one thread: the newest task of each kind, polled without blocking."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ...runtime.errors import MetamerError
 
 @dataclass(frozen=True, eq=False)
 class Heard:
-    """Outcome of a piece of work: `result`, or in `problem` why there is none."""
+    """Outcome of a task: `result`, or the reason for its absence in `problem`."""
 
     kind: str
     result: Any = None
@@ -21,9 +21,9 @@ class Heard:
 
 
 class Background:
-    """One thread that does what it is asked for, one after the other. Of a kind that waits only the newest is done.
+    """Thread that performs tasks one after the other; of waiting tasks of a kind only the newest is done.
 
-    For work in numpy and files: nothing of it may touch the GPU or the window.
+    Tasks may use numpy and files, but neither the GPU nor the window.
     """
 
     def __init__(self) -> None:
@@ -35,7 +35,7 @@ class Background:
         self._thread: threading.Thread | None = None
 
     def ask(self, kind: str, work: Callable[[], Any]) -> None:
-        """Have it done, in place of what waits of the same kind."""
+        """Queue a task, replacing a waiting one of the same kind."""
         with self._changed:
             self._waiting[kind] = work
             if self._thread is None and not self._closed:
@@ -44,24 +44,24 @@ class Background:
             self._changed.notify_all()
 
     def forget(self, kind: str) -> None:
-        """Do not begin what waits of a kind; what is being done goes on."""
+        """Drop the waiting task of a kind; a running one continues."""
         with self._changed:
             self._waiting.pop(kind, None)
 
     def busy(self, kind: str | None = None) -> bool:
-        """Return whether work of this kind, or any, waits, is being done, or has come and was not heard of yet."""
+        """Return whether a task of this kind, or any, is waiting, running, or finished but not polled."""
         with self._changed:
             kinds = {*self._waiting, *filter(None, [self._doing]), *(heard.kind for heard in self._heard)}
         return bool(kinds) if kind is None else kind in kinds
 
     def poll(self) -> list[Heard]:
-        """Return what has come since the last call."""
+        """Return the outcomes since the last call."""
         with self._changed:
             heard, self._heard = self._heard, []
         return heard
 
     def close(self) -> None:
-        """Do nothing more; what is being done ends by itself, and is not heard of."""
+        """Stop; a running task ends by itself and its outcome is dropped."""
         with self._changed:
             self._closed = True
             self._waiting.clear()
@@ -94,6 +94,6 @@ def _done(kind: str, work: Callable[[], Any]) -> Heard:
     except MemoryError:
         return Heard(kind, problem="not enough memory")
     except Exception as reason:
-        # A defect: whoever waits for this hears of it, and what is asked next is done.
+        # A defect is reported as the task's outcome, and later tasks are done.
         traceback.print_exc()
         return Heard(kind, problem=f"a defect in Metamer: {reason!r}")

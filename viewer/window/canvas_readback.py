@@ -1,4 +1,4 @@
-"""Values of the pictures that are on the GPU: of a pixel, of a region, of all; read where the window is drawn."""
+"""Read-back of images on the GPU: of a pixel, a region or all, on the window's thread."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class CanvasValues:
-    """Values of a pixel or a region of a side: mean XYZ and coverage, white, and the value sent to the display."""
+    """Values of a pixel or region of a side: mean XYZ and coverage, white, and the display value."""
 
     xyz: Float[np.ndarray, "3"]
     coverage: float
@@ -42,7 +42,7 @@ class CanvasValues:
 
     @property
     def xy(self) -> tuple[float, float] | None:
-        """Chromaticity; None of black."""
+        """Chromaticity; None for black."""
         total = float(self.xyz.sum())
         return (float(self.xyz[0]) / total, float(self.xyz[1]) / total) if total > 0.0 else None
 
@@ -50,7 +50,7 @@ class CanvasValues:
 def values_of(
     frame: Frame | ImageFrame, session: Session, rows: slice, columns: slice
 ) -> tuple[CanvasValues, CanvasValues]:
-    """Return the mean over a rectangle of both sides' pictures."""
+    """Return the mean over a rectangle of both sides' images."""
     both = []
     for canvas, white in zip(frame.canvases, frame.whites, strict=True):
         found = read_box(canvas, rows, columns).reshape(-1, 4).mean(axis=0, dtype=np.float64)
@@ -61,7 +61,9 @@ def values_of(
 
 
 def canvas_differences(first: CanvasValues, second: CanvasValues) -> dict[ImageFormula, float]:
-    """ΔE by every formula of the maps, A being the reference; B is taken to the white of A, as in the maps."""
+    """Compute ΔE by every formula of the maps with A as the reference; B is adapted to the white of A, as in the
+    maps.
+    """
     sample = second.xyz
     if not np.array_equal(first.white, second.white):
         sample = adaptation_matrix(second.white, first.white) @ sample
@@ -81,6 +83,6 @@ def read_box(texture: moderngl.Texture, rows: slice, columns: slice) -> Float[np
 
 
 def read_codes(texture: moderngl.Texture) -> UInt8[np.ndarray, "h w 3"]:
-    """Read the code values that the display is sent: (H,W,3) of 8 bits."""
+    """Read the display's code values: (H,W,3), 8 bits."""
     width, height = texture.size
     return np.frombuffer(texture.read(), dtype=np.uint8).reshape(height, width, 4)[..., :3]

@@ -1,9 +1,9 @@
-"""Both sides of a comparison on their canvases: something at once, what is exact in small steps.
+"""Progressive rendering of both sides of a comparison onto canvases: a preview at once, the exact image in small steps.
 
-While something moves, a scene of fewer triangles is drawn at one sample a pixel and fewer pixels. What then stands
-still is drawn with all triangles at one sample, and last as the headless renderer draws it, a window of the picture at
-a time. Where only spectra or observers change, terms that are kept are folded: what is exact stays exact. Where shadows
-of area and environment lights take long to work out, rays at few pixels show them until they are (`first_picture`).
+During motion, a simplified scene is drawn with one sample per pixel and fewer pixels. A still view is drawn with all
+triangles at one sample, and then exactly like the headless renderer, one window at a time. If only spectra or observers
+change, cached terms are folded and the image stays exact. While expensive shadows of area and environment lights are
+computed, a coarse ray-traced image shows them (`first_picture`).
 """
 
 from __future__ import annotations
@@ -42,16 +42,19 @@ if TYPE_CHECKING:
     import moderngl
 
 Clock = Callable[[], float]
-# Seconds that a window of a still picture should take, and the sides of such windows in samples.
+# Target seconds per window of a still image, and sides of such windows in samples.
 _SLICE, _SIDES = 0.04, (192, 2048)
-# Windows after which larger ones are tried, where as many times more are left, and how much longer sides must be.
+# Number of windows after which larger ones are tried, the required multiple of them still left, and the least growth of
+# sides.
 _TRIED, _MORE, _LONGER = 4, 4, 1.25
-# Seconds that a step waits for what is worked out beside it.
+# Seconds that a step waits for background work.
 _WAIT = 0.01
 
 
 class Quality(IntEnum):
-    """Quality of a picture: fewer triangles and pixels; rays at few pixels; one sample a pixel; as drawn headless."""
+    """Quality of an image: fewer triangles and pixels; rays at few pixels; one sample per pixel; as rendered
+    headless.
+    """
 
     NONE = 0
     MOVING = 1
@@ -61,51 +64,51 @@ class Quality(IntEnum):
 
 
 class _Unwanted(MetamerError):
-    """End of work on light whose meshes are not shown any more."""
+    """Cancellation of work on light for meshes that are no longer shown."""
 
 
 def _fitting_side(side: int, seconds: list[float]) -> int:
-    """Return the side of windows, in samples, that take as long as they should, from what windows of `side` took."""
-    # Not the slowest: one that the machine was busy in would make all others small.
+    """Return the side of windows, in samples, for the target time, given the times of windows of `side`."""
+    # Not the slowest one, since a single delay would make all others small.
     typical = float(np.percentile(seconds, 75.0))
     return int(np.clip(side * np.sqrt(_SLICE / max(typical, 1e-6)), *_SIDES))
 
 
 @lru_cache(maxsize=8)
 def _camera(view: Viewpoint, width: int, height: int, samples: int) -> Camera:
-    """Return the same object for the same view: what is worked out of it is kept by that."""
+    """Return a cached camera, since results are cached by its identity."""
     return view.camera(width, height, samples)
 
 
 class CanvasRenderer:
-    """Drawing of a session's sides.
+    """Progressive renderer of a session's sides.
 
     Attributes
     ----------
-    quality : of what is on the canvases. reached : the share of the exact picture that is done.
-    noise : ΔE94 of a picture of quality `FIRST`. shadowed : the share of the work on shadows that is done.
-    sides : A and B as they are drawn, one object where they are alike.
-    seconds : what each kind of work took last, by name.
+    quality : of the canvases. reached : finished share of the exact image.
+    noise : ΔE94 of an image of quality `FIRST`. shadowed : finished share of the work on shadows.
+    sides : A and B, one object if they are equal.
+    seconds : last duration of each kind of work, by name.
     """
 
     def __init__(self, context: moderngl.Context, sources: SessionObjects, clock: Clock = time.perf_counter) -> None:
         self._context, self._sources, self._clock = context, sources, clock
         self._sized = Owner(context)
-        # By quality, and one more each for a side B of another geometry.
+        # By quality, and one more for each if side B has another geometry.
         self._renderers: dict[tuple[Quality, int], LiveSession] = {}
         self._session: Session | None = None
         self._size = (0, 0)
         self._coarseness, self._side = Coarseness(), {Quality.STILL: 256, Quality.EXACT: 256}
         self._settling: Iterator[float] | None = None
         self._working: threading.Thread | None = None
-        # Meshes whose light is worked out, and those that are shown: work on others breaks off.
+        # Meshes whose light is being computed, and shown meshes; work on others is cancelled.
         self._worked_on: tuple[int, ...] = ()
         self._shown: tuple[int, ...] = ()
         self._rays, self._tracers = Background(), Tracers()
-        # Held while points that are seen become those whose shadows are found first, or none do.
+        # Held while the seen points are set for which shadows are computed first.
         self._seeing = threading.Lock()
         self._failed: tuple[object, MetamerError] | None = None
-        # Parts of the canvases still to be shown, all or windows; and the number of drawings.
+        # Parts of the canvases still to be shown, all or windows; and a counter of drawings.
         self._to_show, self._redrawn, self._drawn = False, list[Box](), 0
         self.sides: tuple[CanvasSide, CanvasSide] | None = None
         self.quality, self.reached = Quality.NONE, 0.0
@@ -113,14 +116,14 @@ class CanvasRenderer:
         self.seconds: dict[str, float] = {}
 
     def release(self) -> None:
-        """Free everything; work that goes on beside breaks off."""
+        """Free all resources and cancel background work."""
         self._stop()
         self._shown = ()
         self._rays.close()
         self._sources.close()
         if self._working is not None:
             self._working.join()
-        # Before the renderers, which free textures that nobody uses.
+        # Before the renderers, which free pooled textures.
         self._sized.release()
         for renderer in reversed(self._renderers.values()):
             renderer.close()
@@ -128,7 +131,7 @@ class CanvasRenderer:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Size of the picture: as it was asked for, or as side B's file has it."""
+        """Size of the image: as requested, or that of side B's file."""
         return self._size
 
     @property
@@ -139,20 +142,20 @@ class CanvasRenderer:
 
     @property
     def canvases(self) -> tuple[moderngl.Texture, moderngl.Texture]:
-        """XYZ and coverage of A and B: one texture where the sides are alike."""
+        """XYZ and coverage of A and B, one texture if the sides are equal."""
         assert self.sides is not None
         first, second = self._canvases
         return first, first if self.sides[0] is self.sides[1] else second
 
     @property
     def camera(self) -> Camera:
-        """Camera of the exact picture."""
+        """Camera of the exact image."""
         assert self._session is not None
         return _camera(self._session.view, *self._size, self._session.samples)
 
     @property
     def _refused(self) -> str | None:
-        """Why what these sides need could not be worked out; None where it was, or was not tried."""
+        """Reason why required light could not be computed; None if it was, or was not tried."""
         return str(self._failed[1]) if self._failed is not None and self._failed[0] is self.sides else None
 
     def _write(self, number: int, xyz: Float[np.ndarray, "H W 3"], coverage: Float[np.ndarray, "H W"]) -> None:
@@ -160,7 +163,9 @@ class CanvasRenderer:
         self._canvases[number].write(np.ascontiguousarray(values, dtype=np.float32).tobytes())
 
     def _supply(self) -> None:
-        """Side B's canvas, where it is not drawn: the picture that was read, or nothing before there is a reference."""
+        """Fill side B's canvas if it is not rendered live: with the image read, or empty before there is a
+        reference.
+        """
         assert self.sides is not None
         side = self.sides[1]
         if side.still is not None:
@@ -170,7 +175,7 @@ class CanvasRenderer:
             self._write(1, np.zeros((height, width, 3)), np.zeros((height, width)))
 
     def _begin(self, asked: Work, moving: bool) -> None:
-        """Draw at once what can be, and leave the rest to steps."""
+        """Draw a preview at once, and leave the rest to steps."""
         self._stop()
         if not moving:
             self._coarseness.rest()
@@ -203,7 +208,7 @@ class CanvasRenderer:
             target.release()
 
     def _folded(self) -> bool:
-        """Return whether all terms of the exact picture are kept, which then is drawn."""
+        """Fold the exact image if all of its terms are cached; return whether that was done."""
         ready = list(self._prepared(Quality.EXACT))
         known = all(renderer.knows(prepared) for renderer, prepared, _ in ready)
         for renderer, prepared, onto in ready if known else ():
@@ -233,7 +238,7 @@ class CanvasRenderer:
         self._coarseness.took(self._clock() - begun)
 
     def _share_geometry(self, number: int, side: CanvasSide, moving: LiveSession) -> None:
-        """Hand geometry that a moving picture was drawn of on to the still one, where that is of as many triangles."""
+        """Share the geometry of a moving image with the still one, if both have the same triangles."""
         scene, known = side.scene.cut(side.surfaces), moving.session.cache.geometry
         still = self._renderer(Quality.STILL, number).session.cache
         idle = self._working is None or not self._working.is_alive()
@@ -246,9 +251,9 @@ class CanvasRenderer:
                 pass
 
     def _to_exact(self, first: Quality) -> Iterator[float]:
-        """Window by window; yields the share of the exact picture that is done.
+        """Draw window by window; yield the finished share of the exact image.
 
-        What takes long and needs no GPU is done in a thread meanwhile.
+        Expensive work without the GPU runs in a thread meanwhile.
         """
         if self._lacks_shadows() and not self._has_seen_shadows():
             yield from self._first()
@@ -289,7 +294,7 @@ class CanvasRenderer:
     def _in_windows(
         self, quality: Quality, renderer: LiveSession, prepared: PreparedSide, onto: list[moderngl.Texture]
     ) -> Iterator[float]:
-        """Draw window by window, anew in larger ones where they are done soon; yields the share that is done."""
+        """Draw window by window, restarting with larger ones if they are fast; yield the finished share."""
         while True:
             side = self._side[quality]
             renderer.session.configure(tile_samples=side)
@@ -313,7 +318,7 @@ class CanvasRenderer:
                 return
 
     def _first(self) -> Iterator[float]:
-        """Draw the first picture by rays in a thread; where it is not worth it, something at once."""
+        """Ray trace the first image in a thread, or draw a preview at once if that is not worthwhile."""
         assert self._session is not None
         groups = list(self._groups())
         sides = [one for _, some, _ in groups for one in some]
@@ -347,7 +352,7 @@ class CanvasRenderer:
             self._changed()
 
     def _lacks_shadows(self) -> bool:
-        """Return True if shadows of area and environment lights are not worked out, and rays can show them."""
+        """Return whether shadows of area and environment lights are missing, and rays can show them."""
         for _, sides, _ in self._groups():
             for side in sides:
                 lights, scene = side.scene.spread_lights, side.scene
@@ -358,7 +363,7 @@ class CanvasRenderer:
         return False
 
     def _has_seen_shadows(self) -> bool:
-        """Return True if shadows of what the camera sees are found, and nothing else is missing."""
+        """Return whether shadows of the visible points are available, and nothing else is missing."""
         sides = [one for _, some, _ in self._groups() for one in some]
         if any(one.influence or one.scene.bounces != 0 or not one.scene.spread_lights for one in sides):
             return False
@@ -366,11 +371,11 @@ class CanvasRenderer:
 
     @property
     def _lights(self) -> LightCache:
-        """All renderers have the same."""
+        """Light cache shared by all renderers."""
         return self._renderer(Quality.STILL, 0).session.layers.lights
 
     def _worked_out(self) -> bool:
-        """Return whether all is there that is drawn of what is still."""
+        """Return whether all light for still images has been computed."""
         if self._working is not None and self._working.is_alive():
             return False
         return all(
@@ -394,7 +399,7 @@ class CanvasRenderer:
             self._failed = asked_for, reason
 
     def _find_first(self, side: CanvasSide, session: Session, size: tuple[int, int]) -> None:
-        """Have the shadows of what is seen found first, if that is still seen once its points are known."""
+        """Request the shadows of visible points first, if they are still visible once known."""
         points = seen_points(side.scene.cut(side.surfaces), session.view, size, self._tracers)
         with self._seeing:
             if self._session is not None and (self._session.view, self._size) == (session.view, size):
@@ -406,7 +411,7 @@ class CanvasRenderer:
         return tuple(id(part.mesh) for _, sides, _ in self._groups() for part in sides[0].scene.parts)
 
     def _on_progress(self, done: int, total: int, work: str) -> None:
-        """Note how far work on light is, and end it where its meshes are not shown any more."""
+        """Record the progress of work on light; cancel it if its meshes are no longer shown."""
         if threading.current_thread() is not self._working:
             return
         if self._worked_on != self._shown:
@@ -417,7 +422,7 @@ class CanvasRenderer:
     def _prepared(
         self, quality: Quality, whole: bool = True
     ) -> Iterator[tuple[LiveSession, PreparedSide, list[moderngl.Texture]]]:
-        """List what each geometry's renderer has to draw at a quality, and onto which canvases."""
+        """Yield what each geometry's renderer has to draw at a quality, and the canvases."""
         assert self._session is not None
         samples = self._session.samples if quality == Quality.EXACT else 1
         camera = _camera(self._session.view, *self._size, samples)
@@ -430,7 +435,9 @@ class CanvasRenderer:
             yield renderer, renderer.sides.prepared(sides, camera), onto
 
     def _groups(self) -> Iterator[tuple[int, list[CanvasSide], list[moderngl.Texture]]]:
-        """Yield the sides that one renderer draws, and their canvases: all, or each where their geometry differs."""
+        """Yield the sides drawn by one renderer, and their canvases: all, or each separately if their geometry
+        differs.
+        """
         assert self.sides is not None
         first, second = self.sides
         if first is second or second.made != "fast":
@@ -449,7 +456,7 @@ class CanvasRenderer:
         return self._renderers[quality, number]
 
     def _changed(self, box: Box | None = None) -> None:
-        """Have what was drawn shown; None: on all of the canvases."""
+        """Mark a box of the canvases to be shown; None: all."""
         self._drawn += 1
         if box is None:
             self._to_show = True
@@ -467,7 +474,7 @@ class CanvasRenderer:
         self._changed()
 
     def _stop(self) -> None:
-        """Leave what is being settled, before anything of it changes."""
+        """Stop progressive work before its inputs change."""
         if self._settling is not None:
             self._settling.close()
         self._settling, self.reached = None, 0.0

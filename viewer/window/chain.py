@@ -1,4 +1,4 @@
-"""The colour chain of what is seen, from the light to the display: in words, and in screenshots."""
+"""Colour chain from the light to the display, in words and in screenshots."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .state import SESSION_FILE, Session
 
 
 def chain(session: Session, display: DisplayTransform) -> tuple[str, ...]:
-    """Light, observer, adaptation, exposure, display and view, each in a few words; B's own where it has any."""
+    """Describe light, observer, adaptation, exposure, display and view, each in a few words; also B's own, if any."""
     return tuple(_links(session, display))
 
 
@@ -40,7 +40,7 @@ def _links(session: Session, display: DisplayTransform) -> Iterator[str]:
 
 
 def write_screenshot(path: str | Path, frame: Frame | ImageFrame, session: Session) -> Path:
-    """Write the picture as the display is sent it; its description has the chain, how exact it is, and the session.
+    """Write the image in display codes; its description has the chain, its quality, and the session.
 
     Raises
     ------

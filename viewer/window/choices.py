@@ -1,4 +1,4 @@
-"""Choices of a window: the names that commands offer, of this scene, catalogue and display."""
+"""Choices of a window: names offered by commands for a scene, catalogue and display."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from .checks import Vector
 from .state import Session, Subject
 from .viewpoint import Viewpoint
 
-#: Lights on the keys 1 to 9, where a scene's review names no others; None is the scene's own.
+#: Default lights on the keys 1 to 9, unless the scene's review names others; None is the scene's own.
 LIGHTS: tuple[str | None, ...] = (None, "D65", "A", "FL11", "FL2", "D50", "E", "LED-B3", "HP1")
 
 
 @dataclass(frozen=True)
 class Choices:
-    """Names in the order that commands go through them.
+    """Names in the order of commands.
 
     lights : on keys; None is the scene's own. booths, observers. materials : of the shown part. parts, cameras : of the
-    scene. low, high : corners of the box about it. part : the one that materials are shown on. shapes : that may take
-    its place. views : of each display, by its name. reference_illuminance_lux : of the scene.
+    scene. low, high : corners of its bounding box. part : default part for materials. shapes : replacements of it.
+    views : of each display, by name. reference_illuminance_lux : of the scene.
     """
 
     lights: tuple[str | None, ...] = LIGHTS
@@ -48,8 +48,8 @@ class Choices:
         views: Mapping[str, Sequence[str]] | None = None,
         lights: Iterable[str] = (),
     ) -> Choices:
-        """Collect the choices of a scene; `lights` come before the usual ones, after the scene's own, and after those
-        of its review.
+        """Collect the choices of a scene; `lights` come after the scene's own and those of its review, before the
+        default ones.
         """
         reviewed = scene.review.illuminants if scene.review else ()
         low, high = scene.bounds
@@ -67,17 +67,17 @@ class Choices:
         )
 
     def shown_part(self, session: Session) -> str:
-        """Part that materials are shown on."""
+        """Return the part that materials are shown on."""
         return session.part or self.part
 
     def material(self, session: Session) -> str:
-        """Material of the shown part on side A."""
+        """Return the material of the shown part on side A."""
         part = self.shown_part(session)
         return session.material_of(part) or self.worn.get(part, "")
 
 
 def opened(scene: Scene, subject: Subject, catalogue: str | None = None, **settings: Any) -> Session:
-    """Return the session that a window begins with: the scene's first camera, observer and display."""
+    """Return a window's initial session: the scene's first camera, observer and display."""
     short = next((short for short, key in OBSERVERS.items() if key == scene.observer.name), "1931_2")
     begun: dict[str, Any] = {
         "subject": subject,

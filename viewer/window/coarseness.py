@@ -1,25 +1,25 @@
-"""Resolution of a moving picture: as many pixels as leave it fluent, by what pictures have taken."""
+"""Adaptive resolution of moving images, by measured frame times."""
 
 from __future__ import annotations
 
 import math
 
-#: Pixels of the window along a side of one of a moving picture, at most.
+#: Largest side, in window pixels, of a pixel of a moving image.
 COARSEST = 4
-#: Seconds that a moving picture may take at most, and one of an untried finer resolution.
+#: Largest seconds per moving image, and for trying a finer resolution.
 SLOW, QUICK = 0.1, 0.06
-# Seconds a picture, as few as there are, and the pixels along a side that they are worth at most.
+# Target seconds per image, and the largest pixel side accepted for each.
 _RATES = ((1.0 / 60.0, 2), (1.0 / 30.0, 3), (SLOW, COARSEST))
-# Pictures of a resolution before another is chosen: the first one makes textures.
+# Number of images at a resolution before another is chosen, since the first one allocates textures.
 _PICTURES = 2
 
 
 class Coarseness:
-    """Pixels of the window along a side of one of a moving picture.
+    """Side, in window pixels, of a pixel of a moving image.
 
-    The finest resolution of 60 pictures a second, down to half of the window's; where none is, of 30, down to a third;
-    else one that is not slow. Resolutions not tried yet are judged by those that were: a picture's time falls at most
-    with its pixels.
+    The finest resolution with 60 images per second, down to half of the window's; else with 30, down to a third; else
+    one that is not slow. Untried resolutions are extrapolated from tried ones: an image's time falls at most in
+    proportion to its pixels.
 
     >>> coarseness = Coarseness()
     >>> for seconds in (0.015, 0.015, 0.03, 0.03, 0.015, 0.015):
@@ -34,12 +34,12 @@ class Coarseness:
         self._count = 0
 
     def rest(self) -> None:
-        """Forget what pictures took: another scene, another size, or the machine was busy."""
+        """Discard measured times after a change of scene or size, or when the machine was busy."""
         self._shortest.clear()
         self._count = 0
 
     def took(self, seconds: float) -> None:
-        """Choose the resolution of the next picture, after one of the present resolution."""
+        """Record the time of an image and choose the next resolution."""
         now = self.pixels
         self._shortest[now] = min(seconds, self._shortest.get(now, seconds))
         self._count += 1
@@ -47,7 +47,7 @@ class Coarseness:
             self.pixels = self._chosen(seconds)
         if self.pixels != now:
             if self._count < _PICTURES:
-                # One picture that compiled shaders says nothing of the others.
+                # An image during which shaders were compiled is not representative.
                 del self._shortest[now]
             self._count = 0
 
@@ -64,8 +64,8 @@ class Coarseness:
         return now
 
     def _expected(self, finer: int) -> float:
-        """Return what a picture of the next finer resolution takes, in seconds, as if all of the time went into pixels
-        unless a coarser one tells which share.
+        """Estimate the seconds of an image at the next finer resolution, proportional to pixels unless a coarser one
+        shows the share.
         """
         here, coarser = self._shortest[finer + 1], self._shortest.get(finer + 2)
         shares = [1.0 / pixels**2 for pixels in (finer, finer + 1, finer + 2)]
@@ -74,7 +74,7 @@ class Coarseness:
         return here + max(here - coarser, 0.0) * (shares[0] - shares[1]) / (shares[1] - shares[2])
 
     def _at_least(self, pixels: int) -> float:
-        """Return what a picture of that resolution takes at least, in seconds; infinite for one too fine to try."""
+        """Return a lower bound of the seconds of an image at a resolution; infinite for one too fine to try."""
         if pixels in self._shortest:
             return self._shortest[pixels]
         finer = [taken * (one / pixels) ** 2 for one, taken in self._shortest.items() if one < pixels]

@@ -1,4 +1,4 @@
-"""List of commands and their keys: those that people know from other viewers of pictures."""
+"""List of commands and their keys, which follow other image viewers."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from .numeric_controls import DIALS, EXPOSURE, SCALE, TOLERANCE
 from .state import FORMULAS, MODES, Adaptation, Mode, Other, Session
 from .viewpoint import framed, orbited, panned, zoomed
 
-# Degrees, heights of the picture and factors of one stroke of a key.
+# Degrees, image heights and factors per key stroke.
 ORBIT_DEG, PAN, ZOOM = 15.0, 0.1, 1.1
-#: Speed that the turntable is switched on with.
+#: Initial speed of the turntable.
 TURNTABLE_DEG_S = 30.0
 _MODE_KEYS: dict[Mode, tuple[str, ...]] = {
     "A": ("A",),
@@ -31,7 +31,7 @@ _MODE_KEYS: dict[Mode, tuple[str, ...]] = {
     "difference": ("D",),
 }
 
-# Commands that change no session by themselves, which the window does by their names: name, words, group, keys.
+# Commands without change of the session, performed by the window: name, words, group, keys.
 _OF_THE_WINDOW: tuple[tuple[str, str, str, tuple[str, ...]], ...] = (
     ("undo", "Undo", "Window", ("Ctrl+Z",)),
     ("redo", "Redo", "Window", ("Ctrl+Shift+Z", "Ctrl+Y")),
@@ -62,7 +62,7 @@ _OF_THE_WINDOW: tuple[tuple[str, str, str, tuple[str, ...]], ...] = (
 
 
 def commands(choices: Choices) -> Commands:
-    """Return all commands for what there is to choose from."""
+    """Return all commands for given choices."""
     groups = (_light, _observer, _compare, _look, _material, _adaptation, _display, _other, _window)
     return Commands(one for group in groups for one in group(choices))
 
@@ -225,7 +225,7 @@ def _material(choices: Choices) -> Iterator[Command]:
 
 
 def _adaptation(choices: Choices) -> Iterator[Command]:
-    # The field is a grey of 20 % in the light that white is shown for.
+    # The adapting field is a grey of 20 % of the white.
     incomplete = degree_of_adaptation(choices.reference_illuminance_lux / np.pi * 0.2)
     degrees = {"full": 1.0, "none": 0.0, "incomplete": incomplete}
 
@@ -295,7 +295,7 @@ def _of_other(**changes: Any) -> Change:
 
 
 def swapped(session: Session, choices: Choices) -> Session:
-    """Return a as B was and B as A was, in what B says of its own: what it leaves to A stays with both."""
+    """Swap A and B in the settings that B overrides; others stay common to both."""
     other, changes = session.other, {}
     now = session
     if other.material is not None:
@@ -314,5 +314,5 @@ def swapped(session: Session, choices: Choices) -> Session:
 
 
 def window_commands() -> Iterator[Command]:
-    """Make the commands that the window does."""
+    """Yield the commands performed by the window."""
     return (Command(name, words, group, keys) for name, words, group, keys in _OF_THE_WINDOW)

@@ -1,4 +1,4 @@
-"""Commands: every change of a session with a name, words and keys; what keys, palette and help are made of."""
+"""Commands: changes of a session with name, words and keys, for keyboard, palette and help."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ T = TypeVar("T")
 
 @dataclass(frozen=True, eq=False)
 class Command:
-    """One thing that can be done.
+    """A user command.
 
     Parameters
     ----------
-    name : for scripts and tests, "light.D65". words : for people. group : under which help lists it.
-    keys : each as "Ctrl+Shift+P", modifiers in that order; the first is shown.
-    change : from a session to the next; None is a matter of the window (save, help), which knows it by `name`.
-    held : done while its key is held, and taken back by `change` again when it is released.
+    name : for scripts and tests, "light.D65". words : for users. group : in help.
+    keys : each like "Ctrl+Shift+P", modifiers in that order; the first is shown.
+    change : from a session to the next; None for commands of the window (save, help), identified by `name`.
+    held : active while its key is held; releasing it applies `change` again to revert it.
     """
 
     name: str
@@ -34,15 +34,15 @@ class Command:
     held: bool = False
 
     def __call__(self, session: Session) -> Session:
-        """Return the session after it; itself where it is the window's matter, or where nothing is to be changed."""
+        """Return the changed session; the same one for commands of the window, or if nothing changes."""
         return session if self.change is None else self.change(session)
 
 
 @dataclass(frozen=True, eq=False)
 class Dial:
-    """A number of a session that is turned: what sliders are made of, and what commands step.
+    """Adjustable number of a session, for sliders and step commands.
 
-    low, high : its ends. step : of a key. unit : behind it. logarithmic : a slider's steps are ratios.
+    low, high : range. step : of a key. unit : for display. logarithmic : a slider's steps are ratios.
     """
 
     name: str
@@ -56,11 +56,11 @@ class Dial:
     logarithmic: bool = False
 
     def at(self, session: Session, value: float) -> Session:
-        """Return the session with this value, held within its ends: a slider is dragged beyond them."""
+        """Return the session with this value, clamped to the range, since sliders can be dragged beyond it."""
         return self.put(session, float(min(max(value, self.low), self.high)))
 
     def stepped(self, session: Session, steps: float) -> Session:
-        """Move it by a number of steps; by ratios where it is logarithmic."""
+        """Change the value by a number of steps, by ratios if logarithmic."""
         now = self.value(session)
         return self.at(session, now * self.step**steps if self.logarithmic else now + steps * self.step)
 
@@ -90,9 +90,9 @@ class Commands:
         return self.by_name[name]
 
     def found(self, query: str) -> tuple[Command, ...]:
-        """Find commands for a palette: those in whose words each word of the query occurs, in any order.
+        """Find commands whose words contain every word of the query, in any order.
 
-        Those where query words begin words come first, then the shorter ones; in capitals or not, with accents or not.
+        Matches at the beginning of words come first, then shorter ones; case and accents are ignored.
         """
         asked = _folded(query).split()
         hits: list[tuple[tuple[int, int, int], Command]] = []
@@ -105,20 +105,20 @@ class Commands:
         return tuple(one for _, one in sorted(hits, key=lambda hit: hit[0]))
 
     def help(self) -> dict[str, tuple[Command, ...]]:
-        """List the commands for `?`: the commands that have a key, by group, in order."""
+        """Return the commands with keys by group, in order, for `?`."""
         groups = dict.fromkeys(one.group for one in self._all)
         listed = {group: tuple(one for one in self._all if one.group == group and one.keys) for group in groups}
         return {group: some for group, some in listed.items() if some}
 
 
 def _folded(text: str) -> str:
-    """Without capitals and accents: what is compared with what somebody types; ΔE is "de" too."""
+    """Remove case and accents for matching typed text; ΔE becomes "de"."""
     plain = unicodedata.normalize("NFKD", text.replace("Δ", "d").replace("δ", "d"))
     return "".join(letter for letter in plain if not unicodedata.combining(letter)).casefold()
 
 
 def stepped(dial: Dial, group: str, more: tuple[str, ...] = (), less: tuple[str, ...] = ()) -> tuple[Command, Command]:
-    """Return a dial up and down by keys."""
+    """Return the commands that step a dial up and down."""
     return (
         Command(f"{dial.name}.up", f"{dial.words} up", group, more, partial(dial.stepped, steps=1.0)),
         Command(f"{dial.name}.down", f"{dial.words} down", group, less, partial(dial.stepped, steps=-1.0)),
@@ -126,7 +126,7 @@ def stepped(dial: Dial, group: str, more: tuple[str, ...] = (), less: tuple[str,
 
 
 def following(known: Sequence[T], now: T, steps: int) -> T:
-    """Return the entry so many places on, round and round; from the first or last where `now` is none of them.
+    """Return the entry `steps` places after `now`, cyclically; from the first or last if `now` is unknown.
 
     >>> following(("a", "b", "c"), "c", 1), following(("a", "b", "c"), "x", -1)
     ('a', 'c')
@@ -137,7 +137,7 @@ def following(known: Sequence[T], now: T, steps: int) -> T:
 
 
 def chord_parts(chord: str) -> tuple[frozenset[str], str]:
-    """Modifiers and key of a chord.
+    """Split a chord into modifiers and key.
 
     >>> sorted(chord_parts("Ctrl+Shift+P")[0]), chord_parts("+")[1]
     (['Ctrl', 'Shift'], '+')
@@ -147,7 +147,7 @@ def chord_parts(chord: str) -> tuple[frozenset[str], str]:
 
 
 def searched(names: Sequence[str], words: str) -> tuple[str, ...]:
-    """Return the names in which every word occurs.
+    """Return the names that contain every word.
 
     >>> searched(("paint/red-gloss", "paint/blue-gloss"), "Gloss red")
     ('paint/red-gloss',)

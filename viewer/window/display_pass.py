@@ -1,4 +1,4 @@
-"""Canvases to the display: compared, laid over their surround, adapted once, then OpenColorIO; all on the GPU."""
+"""Display pass on the GPU: comparison of canvases over their surround, adaptation, and OpenColorIO."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ from .state import MODES, Adaptation, Session
 if TYPE_CHECKING:
     import moderngl
 
-#: Pixels of a warning's stripes, which are a quarter each: red above, blue or green below.
+#: Width of a warning's stripes in pixels, a quarter each: red above, blue or green below.
 STRIPE = 3
 Whites = tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]
 
 
 class Showing:
-    """Draws two canvases of one size as a session compares them; `shown` is what the display is sent (RGBA8).
+    """Display pass of two canvases of one size in a session's comparison mode; `shown` has the display's codes (RGBA8).
 
     Raises
     ------
-    InputError, UnknownNameError : the display transform cannot be used.
+    InputError, UnknownNameError : an unusable display transform.
     """
 
     def __init__(self, context: moderngl.Context) -> None:
@@ -52,7 +52,7 @@ class Showing:
         self._textures: tuple[moderngl.Texture, moderngl.Texture] | None = None
 
     def release(self) -> None:
-        """Free everything."""
+        """Free all resources."""
         self._sized.release()
         for one in self._compare.values():
             one.release()
@@ -61,7 +61,7 @@ class Showing:
 
     @property
     def all_programs(self) -> list[Programs]:
-        """Programs that it draws with, except OpenColorIO's own."""
+        """Return the programs that it draws with, except OpenColorIO's own."""
         return [one.programs for one in (*self._compare.values(), self._marked)]
 
     def draw(
@@ -74,17 +74,17 @@ class Showing:
         beyond: UInt8[np.ndarray, "h w"] | None = None,
         boxes: Sequence[Box] | None = None,
     ) -> moderngl.Texture:
-        """Draw what is sent to the display, rows from the top; good until the next call.
+        """Draw the display's codes, rows from the top; valid until the next call.
 
-        differences : as `DifferencePass` makes them; asked for where the session shows their map alone.
-        beyond : of a display that `needs_beyond`, what `queries.beyond` finds of `compared`; None: nothing is marked.
-        boxes : pixels of the canvases that alone are others since the last call, where all else is as it was; None:
-        everything is drawn.
+        differences : from `DifferencePass`; used only if the session shows their map.
+        beyond : for a display that `needs_beyond`, the result of `queries.beyond` for `compared`; None marks nothing.
+        boxes : the only pixels of the canvases that changed since the last call, with all else unchanged; None draws
+        everything.
         """
         size = canvases[0].size
         xyz_d65, shown = self._targets(size)
         compare = session.compare
-        # A pixel of these is made of others of the canvases, too.
+        # In these modes a pixel depends on other pixels of the canvases.
         boxes = [(0, 0, *size)] if boxes is None or session.seen in ("difference", "side by side") else boxes
         kind = {"A": "ONE", "B": "ONE", "difference": "MAP"}.get(session.seen, "TWO")
         only = int(session.seen == "B")
@@ -117,9 +117,9 @@ class Showing:
         shown: moderngl.Texture,
         box: Box,
     ) -> None:
-        """Encode some pixels, proofed and marked as a session asks. sides : of the gamut, by tables."""
+        """Encode some pixels, with a session's soft proof and warnings. sides : of the gamut, by tables."""
         size = xyz_d65.size
-        # A map's colours are no colours of the scene.
+        # Colours of a ΔE map are not scene colours.
         coloured = session.seen != "difference"
         proof = proof_of(display, session.shown.proof) if coloured else None
         limited, asked, xyz = None, display, xyz_d65
@@ -155,20 +155,20 @@ class Showing:
         return onto
 
     def _float(self, number: int, size: tuple[int, int]) -> moderngl.Texture:
-        """One of a few canvases on the way to the display, made when first asked for."""
+        """Return one of a few intermediate canvases, created on first use."""
         while len(self._spare) <= number:
             self._spare.append(self._sized.texture(size, 4))
         return self._spare[number]
 
     def check(self, display: DisplayTransform, session: Session) -> None:
-        """Raise what `draw` would."""
+        """Raise the errors of `draw` in advance."""
         _ = display.processor
         if (proof := proof_of(display, session.shown.proof)) is not None:
             _ = proof.of.inverse
 
     @property
     def compared(self) -> moderngl.Texture:
-        """XYZ of the display's white that was drawn last."""
+        """XYZ under the display's white, as drawn last."""
         assert self._textures is not None
         return self._textures[0]
 
@@ -182,32 +182,32 @@ class Showing:
 
 
 def needs_beyond(session: Session, display: DisplayTransform) -> bool:
-    """Return whether the gamut warning of a session needs `queries.beyond`: codes of tables end at the gamut."""
+    """Return whether the gamut warning of a session needs `queries.beyond`, since tables limit codes to the gamut."""
     if not session.shown.gamut_warning or session.seen == "difference" or session.shown.proof:
         return False
     return display.profile is not None and display.profile.has_limits
 
 
 def to_display(white: Float[np.ndarray, "3"], adaptation: Adaptation) -> Float[np.ndarray, "3 3"]:
-    """Make the matrix from XYZ under a white to XYZ that OpenColorIO takes."""
+    """Return the matrix from XYZ under a white to OpenColorIO's XYZ."""
     return adaptation_matrix(white, DISPLAY_WHITE_XYZ, adaptation.method, adaptation.degree)  # pyright: ignore
 
 
 def surround_xyz(lightness: float) -> Float[np.ndarray, "3"]:
-    """XYZ of the grey of this L*, under the display's white."""
+    """Return XYZ of the grey of this L*, under the display's white."""
     return xyz_from_lab(np.array([lightness, 0.0, 0.0]), DISPLAY_WHITE_XYZ)
 
 
 def display_of(session: Session, scene_display: DisplayTransform) -> DisplayTransform:
-    """Return the session's, and what it leaves open the scene's; aimed for the observer of side A.
+    """Return the display of a session, with defaults from the scene's, aimed for the observer of side A.
 
     Raises
     ------
-    InputError, UnknownNameError : as of `DisplayTransform`.
+    InputError, UnknownNameError : see `DisplayTransform`.
     """
     shown = session.shown
     display = shown.display or ("" if shown.config else scene_display.display)
-    # A profile stands for itself: a scene's configuration and view are of other displays.
+    # A profile is complete; a scene's configuration and view belong to other displays.
     alone = display.startswith(PREFIX) and display != scene_display.display
     return DisplayTransform(
         display,
@@ -226,11 +226,11 @@ def map_colour(share: float) -> tuple[int, int, int]:
 
 
 def _scale_xyz() -> Float[np.ndarray, "steps 4"]:
-    """Return the steps of the scale, what is beyond it, and what holds no number."""
+    """Return the colours of the scale's steps, of values beyond it, and of invalid ones."""
     codes = np.concatenate([plots.scale_rgb(), [plots.OVER_RGB, plots.UNDEFINED_RGB]]) / 255.0
     return np.pad(srgb_to_linear(codes) @ xyz_from_rgb().T, ((0, 0), (0, 1))).astype(np.float32)
 
 
 def _contour_xyz(share: float) -> tuple[float, ...]:
-    """White on the scale's dark half, black on its light one."""
+    """Return white on the scale's dark half, black on its light one."""
     return tuple(DISPLAY_WHITE_XYZ) if share < 0.6 else (0.0, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""Value of a colour sent to the display, by OpenColorIO on the CPU: value, code, and whether it had to be clipped."""
+"""Display value of a colour, by OpenColorIO on the CPU: value, code and clipping."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from .state import Adaptation
 
 @dataclass(frozen=True, eq=False)
 class Displayed:
-    """rgb (3,) : encoded, before it is clipped. codes : what is sent, 8 bits. clipped : "R above, B below", "darker
-    than black" where black has light, or "beyond the gamut" of a profile whose codes end there; "" where the display
-    can show it; a view that limits values itself hides what it does.
+    """Display value. rgb (3,) : encoded, before clipping. codes : 8 bits. clipped : "R above, B below", "darker than
+    black" for a display with black luminance, or "beyond the gamut" of a profile with codes limited to it; "" if the
+    display can show it. Limits applied by a view itself are not detected.
     """
 
     rgb: Float[np.ndarray, "3"]
@@ -39,8 +39,8 @@ def displayed(
 
     Parameters
     ----------
-    xyz, white : (3,) of the picture, premultiplied by coverage, and the white of its light.
-    exposure : stops. surround : L* of what lies behind, under the display's white. coverage : of the pixel, 0 to 1.
+    xyz, white : (3,) of the image, premultiplied by coverage, and the white of its light.
+    exposure : stops. surround : L* of the background, under the display's white. coverage : of the pixel, 0 to 1.
     """
     method, degree = adaptation.method, adaptation.degree
     to_display = adaptation_matrix(white, DISPLAY_WHITE_XYZ, method, degree)  # pyright: ignore[reportArgumentType]

@@ -1,4 +1,4 @@
-"""Materials with other parameters, fitted beside the window: until one is ready, the last that was stands for it."""
+"""Materials with edited parameters, fitted in the background; until one is ready, the last one replaces it."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from ...materials.search.edited_material import varied
 from ...runtime.errors import InputError, MetamerError
 from .background import Background
 
-#: By name of a slider; sorted, so that it is a key.
+#: Values by slider name, sorted for use as a key.
 Values = tuple[tuple[str, float], ...]
-# Variants that are kept: each is a fast form, some hundred kilobytes.
+# Number of cached variants, each a fast form of some hundred kilobytes.
 _KEPT = 32
 
 
 class Fitting:
-    """Fits one variant at a time; of what waits only the newest of each material is done.
+    """Background fitting, one variant at a time; of waiting ones only the newest of each material is done.
 
-    waits : fit at once, and return when it is done: for who has no window to keep smooth.
+    waits : fit synchronously, for use without a window.
     """
 
     def __init__(self, load: Callable[[str], Material], waits: bool = False) -> None:
@@ -30,24 +30,23 @@ class Fitting:
 
     @property
     def pending(self) -> bool:
-        """True if something is being fitted, or waits for it."""
+        """True if a fit is running or waiting."""
         return self._thread.busy()
 
     def arrived(self) -> bool:
-        """Return whether something has been fitted since this was last asked."""
+        """Return whether a fit has finished since the last call."""
         return bool(self._thread.poll())
 
     def close(self) -> None:
-        """Fit nothing more; what is being fitted ends by itself."""
+        """Stop fitting; a running fit ends by itself."""
         self._thread.close()
 
     def material(self, material_id: str, values: Values) -> Material | None:
-        """Return the material with these values, or what stands for it meanwhile; None where that is the material
-        itself.
+        """Return the material with these values, or its replacement meanwhile; None for the material itself.
 
         Raises
         ------
-        UnknownNameError, InputError : as of `varied`, each time that it is asked for.
+        UnknownNameError, InputError : see `varied`, at each call.
         """
         key = material_id, values
         if self.waits:
@@ -63,7 +62,7 @@ class Fitting:
         return found
 
     def _fit(self, key: tuple[str, Values]) -> None:
-        """Once: what is asked for again while it is being fitted is there when its turn comes."""
+        """Fit a variant, unless it has been fitted since it was requested."""
         if key in self._made:
             return
         try:
@@ -71,7 +70,7 @@ class Fitting:
         except MetamerError as reason:
             found = reason
         except (OSError, MemoryError) as reason:
-            # Kept as well: it would be tried again and again.
+            # Failures are cached too, to avoid retries.
             found = InputError(
                 "could not be fitted",
                 field=key[0],

@@ -1,7 +1,7 @@
-"""Files that change underneath, told by their content.
+"""Watching of files for changed content.
 
-Polled, not notified: what is watched are a few files, on any system and any network folder. A file counts as changed
-once its time or size and then its content differ, and once it has stopped changing: editors write in several steps.
+Files are polled, which works for a few files on any system and network folder. A file has changed once its time or size
+and then its content differ, and it has stopped changing, since editors write in several steps.
 """
 
 from __future__ import annotations
@@ -23,37 +23,37 @@ from ..gl.shaders import shader_folder
 
 @dataclass(frozen=True)
 class _State:
-    """State of a file: its stamp, and a hash of what is in it; None of both where it is not there."""
+    """State of a file: its stamp, and a hash of its content; both None for a missing file."""
 
     stamp: tuple[int, int, int] | None
     digest: bytes | None
 
 
 class Watch:
-    """A set of files, asked now and then for those that have changed."""
+    """Set of watched files, polled for changes."""
 
     def __init__(self, files: Iterable[str | Path] = ()) -> None:
         self._known: dict[Path, _State] = {}
-        # Stamps that differed the last time, of files that may still be being written.
+        # Stamps that differed at the last poll, of files that may still be being written.
         self._moving: dict[Path, tuple[int, int, int] | None] = {}
         self.put(files)
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """Files that are watched."""
+        """Watched files."""
         return tuple(self._known)
 
     def put(self, files: Iterable[str | Path]) -> None:
-        """Watch these and no others; what is known of those among them that were watched stays."""
+        """Replace the watched files; states of files already watched are kept."""
         wanted = dict.fromkeys(Path(one) for one in files)
         self._known = {one: self._known.get(one) or _state(one) for one in wanted}
         self._moving = {one: stamp for one, stamp in self._moving.items() if one in self._known}
 
     def changed(self) -> tuple[Path, ...]:
-        """Files whose content is another one than when they were last told of; one that has gone or come, too.
+        """Return files whose content has changed since last reported, including removed and added ones.
 
-        Each is told once, when two calls in a row have found it alike. Of what is not changed no more is read than its
-        time and size.
+        Each change is reported once, when two successive calls find the same state. Of unchanged files only time and
+        size are read.
         """
         told = []
         for file, before in self._known.items():
@@ -73,9 +73,9 @@ class Watch:
 
 
 def files_of_scene(path: str | Path) -> tuple[Path, ...]:
-    """Return a scene's file, and all that it names beside it: meshes, maps, spectra, a display's configuration.
+    """Return a scene's file and the files named in it: meshes, maps, spectra, a display's configuration.
 
-    A text in it that is the name of a file there counts as one. A file that is no TOML names none.
+    Any text that is the name of an existing file counts. A file that is not TOML names none.
     """
     path = Path(path)
     found = [path]
@@ -86,17 +86,17 @@ def files_of_scene(path: str | Path) -> tuple[Path, ...]:
 
 
 def files_of_materials(catalogue: Catalogue, ids: Iterable[str]) -> tuple[Path, ...]:
-    """List the files of a catalogue's materials, present or not: one that was taken away may come back."""
+    """Return the files of a catalogue's materials, present or not, since a removed one may come back."""
     return tuple(catalogue.folder / f"{one}{SUFFIX}" for one in ids)
 
 
 def files_of_shaders() -> tuple[Path, ...]:
-    """Return the renderer's own shaders; those of surfaces lie beside their classes, and are read with the program."""
+    """Return the renderer's shaders; those of surfaces are next to their classes and are read with the program."""
     return tuple(sorted(shader_folder().iterdir()))
 
 
 def _names_a_file(folder: Path, text: str) -> bool:
-    # Some texts are no names at all: too long, or with a NUL.
+    # Some texts are invalid file names: too long, or with a NUL.
     with suppress(OSError, ValueError):
         return bool(text.strip()) and (folder / text).is_file()
     return False
@@ -114,7 +114,7 @@ def _texts(value: Any) -> Iterator[str]:
 
 
 def _stamp(file: Path) -> tuple[int, int, int] | None:
-    """Time, size and number of a file; None where there is none to read."""
+    """Return time, size and inode of a file; None if it cannot be read."""
     try:
         found = file.stat()
     except OSError:

@@ -1,4 +1,4 @@
-"""First picture of a view: rays at few pixels, seen while shadows of area and environment lights are worked out."""
+"""First image of a view: coarse ray tracing, shown while shadows of area and environment lights are computed."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from ..render.light_cache import LightCache
 from .view_error import Tracers
 from .viewpoint import Viewpoint
 
-#: Pixels of a first picture at most, and samples along a side of each.
+#: Largest number of pixels of a first image, and samples along a side of each.
 MOST_PIXELS, SAMPLES = 120 * 90, 2
-#: ΔE94 of noise that is aimed at, as the mean of the picture's pixels.
+#: Target noise, mean ΔE94 over pixels.
 AIMED_NOISE = 0.8
-# Rays at once: some 20 MB.
+# Rays per block: some 20 MB.
 _RAYS = 1 << 17
-#: Surfaces that light comes by at most beside the one that is seen.
+#: Largest number of bounces.
 MOST_BOUNCES = 3
 
 
 @dataclass(frozen=True, eq=False)
 class FirstPicture:
-    """First picture of a side: XYZ (h, w, 3) and coverage (h, w), float32; `noise` is its mean in ΔE94."""
+    """First image of a side: XYZ (h, w, 3) and coverage (h, w), float32; `noise` is the mean noise, ΔE94."""
 
     xyz: Float[np.ndarray, "h w 3"]
     coverage: Float[np.ndarray, "h w"]
@@ -39,7 +39,7 @@ class FirstPicture:
 
 
 def first_size(width: int, height: int) -> tuple[int, int]:
-    """Return the size in pixels of the first picture of a view.
+    """Return the size in pixels of the first image of a view.
 
     >>> first_size(1200, 900), first_size(40, 30)
     ((120, 90), (40, 30))
@@ -49,7 +49,7 @@ def first_size(width: int, height: int) -> tuple[int, int]:
 
 
 def seen_points(scene: Scene, view: Viewpoint, size: tuple[int, int], tracers: Tracers) -> SeenPoints:
-    """Return the points of a scene that the middles of a picture's pixels show."""
+    """Return the points of a scene visible at pixel centres."""
     tracer, camera = tracers.of(scene), view.camera(*size)
     found = []
     rows = max(1, _RAYS // camera.width)
@@ -67,22 +67,22 @@ def seen_points(scene: Scene, view: Viewpoint, size: tuple[int, int], tracers: T
 def first_pictures(
     sides: Sequence[CanvasSide], view: Viewpoint, size: tuple[int, int], tracers: Tracers, lights: LightCache
 ) -> list[FirstPicture]:
-    """Draw sides by rays, from their fast forms, with the light that they are shown in.
+    """Ray trace sides with their fast forms and shown light.
 
-    Light that comes by way of other surfaces comes by `MOST_BOUNCES` of them at most.
+    Indirect light has at most `MOST_BOUNCES` bounces.
 
     Parameters
     ----------
-    size : of the canvas in pixels; the pictures have `first_size` of it. tracers : keeps the rays of the last meshes.
-    lights : asked whether shadows take long to work out.
+    size : of the canvas in pixels; the images have its `first_size`. tracers : cache of ray tracers.
+    lights : light cache, which knows whether shadows take long.
 
     Returns
     -------
-    One picture a side; none where all shadows are soon worked out.
+    One image per side; empty if all shadows are computed soon.
 
     Raises
     ------
-    InputError : what `reference_images` raises.
+    InputError : see `reference_images`.
     """
     if all(lights.soon_has(light, side.scene) for side in sides for light in side.scene.spread_lights):
         return []

@@ -1,4 +1,4 @@
-"""The picture of a session, kept up to date in small steps: drawn, compared, brought to the display."""
+"""Image of a session, updated in small steps: rendered, compared and displayed."""
 
 from __future__ import annotations
 
@@ -36,20 +36,20 @@ if TYPE_CHECKING:
 
 
 class Frame(CanvasRenderer):
-    """One session's picture on the GPU.
+    """Image of a session on the GPU.
 
-    `show` says what is to be seen, `step` works towards it, `texture` is what the display is sent.
+    `show` sets the session, `step` works towards its image, `texture` has the display's codes.
 
     Attributes
     ----------
-    display : that the sides are shown on.
-    problem : why the last session is not shown; what was shown before stays.
+    display : display transform of the sides.
+    problem : reason why the last session is not shown; the previous image stays.
     """
 
     def __init__(self, context: moderngl.Context, sources: SessionObjects, clock: Clock = time.perf_counter) -> None:
         super().__init__(context, sources, clock)
         self._showing, self._differing = Showing(context), DifferencePass(context)
-        # Drawing and formula of the differences.
+        # Drawing counter and formula of the differences.
         self._differed = -1, ""
         self._counted: tuple[tuple, DeltaEStatistics | None, float] | None = None
         self.display: DisplayTransform = display_for(sources.scene)
@@ -58,24 +58,24 @@ class Frame(CanvasRenderer):
         self.texture: moderngl.Texture | None = None
 
     def release(self) -> None:
-        """Free everything."""
+        """Free all resources."""
         self._showing.release()
         self._differing.release()
         super().release()
         self.texture = None
 
     def show(self, session: Session, size: tuple[int, int], moving: bool = False) -> Work:
-        """Make this session's picture, of this size, what is seen; returns what had to be done for it.
+        """Show a session's image at a size; return the kind of work needed.
 
-        moving : more is to come at once, as in a drag: nothing finer is begun.
+        moving : further changes follow at once, as in a drag, so that no finer image is begun.
 
-        What cannot be shown is said in `problem`, and what was seen stays.
+        On failure `problem` has the reason, and the previous image stays.
         """
         if self._session is not None and session.other == self._session.other and self.sides and self.sides[1].still:
             size = self._size
         asked = max(work(self._session, session), Work.VIEW if size != self._size else Work.NOTHING)
         if asked == Work.NOTHING:
-            # It is what is seen, whatever was asked for and refused in between.
+            # Already shown, whatever was refused in between.
             self.problem = self._refused
             unfinished = Quality.NONE < self.quality < Quality.EXACT and self._settling is None
             if not moving and not self.problem and unfinished:
@@ -84,7 +84,7 @@ class Frame(CanvasRenderer):
         try:
             sides = self.sides if self.sides and asked == Work.SHOW else self._sources.sides(session)
             if sides[1].still is not None:
-                # A picture that is read has the size that it has: what stands beside it takes the same.
+                # An image read from a file determines the size of the other side.
                 height, width = sides[1].still.coverage.shape
                 size = width, height
             self._check(session, sides)
@@ -99,8 +99,8 @@ class Frame(CanvasRenderer):
         return asked
 
     def turn_to(self, sources: SessionObjects, session: Session, size: tuple[int, int]) -> bool:
-        """Show a scene or materials that were read anew; where that cannot be, `problem` says why, what was seen stays,
-        and False comes back. Programs and what is kept of meshes that are the same are kept.
+        """Switch to a reloaded scene or materials; on failure set `problem`, keep the previous image, and return False.
+        Programs and cached data of unchanged meshes are kept.
         """
         before = self._sources, self._session
         self._sources, self._session = sources, None
@@ -113,9 +113,7 @@ class Frame(CanvasRenderer):
         return True
 
     def read_shaders_again(self) -> str | None:
-        """Compile all shaders from their files as they are now, and draw anew; where one does not compile, the programs
-        that there are stay, and why comes back in words.
-        """
+        """Recompile all shaders from their files and redraw; on failure keep the programs, and return the reason."""
         drawing = [*self._renderers.values(), self._showing, self._differing]
         try:
             read_again(programs for one in drawing for programs in one.all_programs)
@@ -130,13 +128,11 @@ class Frame(CanvasRenderer):
 
     @property
     def catalogue(self) -> Any:
-        """Catalogue that materials come from, edited ones among them."""
+        """Catalogue of materials, including edited ones."""
         return self._sources.seen_catalogue
 
     def step(self, seconds: float = 0.05) -> bool:
-        """Work for about so long, one slice at least, and bring what has changed to the display; whether more is to be
-        done.
-        """
+        """Work for about `seconds`, at least one step, and update the display; return whether more remains."""
         if self._sources.arrived() and self._session is not None:
             self._fitted(self._session)
         if self._settling is not None:
@@ -150,7 +146,7 @@ class Frame(CanvasRenderer):
                     self._settling = None
                     self.quality, self.reached = Quality.EXACT, 1.0
             except MetamerError as reason:
-                # Raised before an exact picture, for instance by bounces between surfaces that take no light.
+                # Raised before an exact image, for instance by interreflection of non-absorbing surfaces.
                 self.problem, self._settling = str(reason), None
         if (self._to_show or self._redrawn) and self._session is not None:
             begun = self._clock()
@@ -159,23 +155,23 @@ class Frame(CanvasRenderer):
         return self._settling is not None or self._sources.pending
 
     def settle(self) -> None:
-        """Work until the picture is exact."""
+        """Work until the image is exact."""
         while self.step(1.0):
             pass
 
     @property
     def compared(self) -> moderngl.Texture | None:
-        """XYZ of the display's white that was sent last; None before anything was."""
+        """XYZ under the display's white, as shown last; None before."""
         return None if self.texture is None else self._showing.compared
 
     def mark(self, beyond: UInt8[np.ndarray, "h w"]) -> None:
-        """Mark the pixels that `queries.beyond` found in what was sent last, until something else is shown."""
+        """Mark pixels found by `queries.beyond` in the last image, until another is shown."""
         if beyond is not self._beyond:
             self._beyond, self._to_show = beyond, True
 
     def statistics(self) -> tuple[DeltaEStatistics | None, float]:
-        """Statistics of ΔE with A as the reference, once the picture is exact: over all pixels that are compared, and
-        the share of those that is over the tolerance; None where there is none yet, or nothing to compare.
+        """Return statistics of ΔE with A as the reference over compared pixels of the exact image, and the share above
+        the tolerance; None if not exact yet, or without comparison.
         """
         if self.quality != Quality.EXACT or self._session is None:
             return None, 0.0
@@ -194,22 +190,22 @@ class Frame(CanvasRenderer):
 
     @property
     def session(self) -> Session | None:
-        """Session that is seen."""
+        """Shown session."""
         return self._session
 
     def put_reference(self, xyz: Float[np.ndarray, "H W 3"], coverage: Float[np.ndarray, "H W"]) -> None:
-        """The reference of side B, whole or, with no coverage elsewhere, some rows of it; see `asked_reference`."""
+        """Set the reference of side B, whole or some rows of it with coverage 0 elsewhere; see `asked_reference`."""
         if self.sides is None or self.sides[1].made != "reference" or coverage.shape != self._size[::-1]:
             return
         self._write(1, xyz, coverage)
         self._changed()
 
     def keep(self, path: str | Path) -> None:
-        """Write side A's exact picture to an OpenEXR in XYZ, such as side B can be.
+        """Write side A's exact image as OpenEXR in XYZ, which side B can show.
 
         Raises
         ------
-        InputError : the picture is not exact yet, or the file cannot be written.
+        InputError : the image is not exact yet, or the file cannot be written.
         """
         if self.quality != Quality.EXACT or self.sides is None:
             expected, hint = "an exact picture", "wait until it is exact"
@@ -220,8 +216,8 @@ class Frame(CanvasRenderer):
         write_xyz_exr(path, ColourImage(found[..., :3], "xyz", side.white), found[..., 3], words)
 
     def asked_reference(self, number: int = 1) -> AskedView | None:
-        """Return the view of a side, for `ReferenceWorker`, and side A's picture beside it; None before that is exact,
-        and of what has no reference: a file, an influence.
+        """Return the view of a side with side A's image, for `ReferenceWorker`; None before it is exact, and for sides
+        without a reference: a file, an influence.
         """
         if self.quality != Quality.EXACT or self.sides is None or not isinstance(self.catalogue, Catalogue):
             return None
@@ -244,7 +240,7 @@ class Frame(CanvasRenderer):
         )
 
     def _check(self, session: Session, sides: tuple[CanvasSide, CanvasSide]) -> None:
-        """Make the display of a session this frame's, unless it cannot show the sides: then raise why."""
+        """Set the display of a session; raises if it cannot show the sides."""
         display = self.display
         before = self._session
         if before is None or (session.shown, session.observer) != (before.shown, before.observer):
@@ -255,7 +251,7 @@ class Frame(CanvasRenderer):
         self.display = display
 
     def _fitted(self, session: Session) -> None:
-        """Show materials that have been fitted."""
+        """Update materials that have been fitted."""
         try:
             sides = self._sources.sides(session)
             self._check(session, sides)
@@ -267,7 +263,7 @@ class Frame(CanvasRenderer):
             self._begin(Work.TERMS, False)
 
     def _differ(self) -> moderngl.Texture:
-        """Return the map of what is on the canvases."""
+        """Return the ΔE map of the canvases."""
         assert self._session is not None
         formula = self._session.compare.formula
         if self._differed != (self._drawn, formula):

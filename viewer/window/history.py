@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 
 from .state import Session
 
-#: Steps that can be undone; a session is a few kilobytes.
+#: Largest number of undo steps; a session is a few kilobytes.
 MOST_STEPS = 1000
 
 
 @dataclass(frozen=True)
 class Step:
-    """A session beside a thing that was done: of `History.past` as it was before, of `History.undone` as after."""
+    """Change with a session: in `History.past` the one before it, in `History.undone` the one after."""
 
     session: Session
     words: str
@@ -20,11 +20,11 @@ class Step:
 
 @dataclass(frozen=True)
 class History:
-    """The session now, how it came about, and what was undone of it.
+    """Current session with its undo and redo steps.
 
-    now : with where the pointer is. past : the first step first. undone : what `redo` brings back, the next one last:
-    sessions as they were after what is said.
-    stroke : of a step that goes on (a drag): further changes under the same name belong to it.
+    now : including transient values such as the pointer. past : oldest step first. undone : steps for `redo`, the next
+    one last, with sessions after each change.
+    stroke : name of a continuing step (a drag), to which further changes belong.
     """
 
     now: Session
@@ -33,10 +33,10 @@ class History:
     stroke: str | None = None
 
     def done(self, session: Session, words: str, stroke: str | None = None) -> History:
-        """After a change to `session`.
+        """Return the history after a change to `session`.
 
-        stroke : names a drag; changes of one stroke, one after the other, are one step. None ends it. What changes
-        nothing is no step, and neither is where the pointer goes.
+        stroke : name of a drag; successive changes of one stroke are one step. None ends it. Changes of nothing, or of
+        transient values only, are no steps.
         """
         going_on = stroke is not None and stroke == self.stroke
         if session.settled == self.now.settled:
@@ -45,15 +45,15 @@ class History:
         return History(session, past[-MOST_STEPS:], (), stroke)
 
     def released(self) -> History:
-        """End its drag: the next one is another step."""
+        """End the drag, so that the next one is another step."""
         return replace(self, stroke=None)
 
     def passed(self, session: Session) -> History:
-        """After what nobody undoes: the turntable went on, the pointer moved."""
+        """Return the history after a change that is not undoable, as by turntable or pointer."""
         return replace(self, now=session)
 
     def undo(self) -> History:
-        """One step back; itself where there is none."""
+        """Undo one step; itself if there is none."""
         if not self.past:
             return self
         last = self.past[-1]
@@ -61,7 +61,7 @@ class History:
         return History(last.session.with_passing_of(self.now), self.past[:-1], (*self.undone, again))
 
     def redo(self) -> History:
-        """One step forth again; itself where nothing was undone, or something else done since."""
+        """Redo one step; itself if there is none."""
         if not self.undone:
             return self
         next_one = self.undone[-1]
@@ -70,10 +70,10 @@ class History:
 
     @property
     def undo_words(self) -> str | None:
-        """Step that `undo` takes back."""
+        """Description of the step that `undo` reverts."""
         return self.past[-1].words if self.past else None
 
     @property
     def redo_words(self) -> str | None:
-        """Step that `redo` does again."""
+        """Description of the step that `redo` repeats."""
         return self.undone[-1].words if self.undone else None

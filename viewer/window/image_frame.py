@@ -1,4 +1,4 @@
-"""Picture of a session that looks at an image: folded for light and observer if it is spectral, shown as scenes are."""
+"""Frame of an image: folded for light and observer if it is spectral, and displayed like scenes."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 
 class ImageFrame:
-    """Frame, as `frame.Frame`, of an image beside another light, observer or image; always exact, and of the image's
-    size.
+    """Frame, like `frame.Frame`, that compares an image with another light, observer or image; always exact, in the
+    image's size.
     """
 
     def __init__(self, context: moderngl.Context, image: SpectralPicture | XyzPicture, catalogue: Any) -> None:
@@ -56,15 +56,13 @@ class ImageFrame:
         self.seconds: dict[str, float] = {}
 
     def release(self) -> None:
-        """Free everything."""
+        """Free all resources."""
         for one in (self._showing, self._differing, self._owner):
             one.release()
         self.texture = None
 
     def show(self, session: Session, size: tuple[int, int], moving: bool = False) -> Work:
-        """Make this session's picture what is seen; what cannot be shown is said in `problem`, and what was seen
-        stays. The size is that of the image.
-        """
+        """Show a session's image in its own size; on failure `problem` has the reason, and the previous one stays."""
         asked = work(self._session, session)
         if asked == Work.NOTHING:
             self.problem = None
@@ -87,7 +85,7 @@ class ImageFrame:
         return asked
 
     def step(self, seconds: float = 0.05) -> bool:
-        """Bring what has changed to the display; nothing is left to do."""
+        """Update the display; nothing remains to be done."""
         if self._to_show and self._session is not None:
             begun = time.perf_counter()
             if self._session.seen == "difference":
@@ -101,16 +99,16 @@ class ImageFrame:
 
     @property
     def compared(self) -> moderngl.Texture | None:
-        """XYZ as of `Frame`."""
+        """XYZ as in `Frame`."""
         return None if self.texture is None else self._showing.compared
 
     def mark(self, beyond: UInt8[np.ndarray, "h w"]) -> None:
-        """Mark pixels as of `Frame`."""
+        """Mark pixels as in `Frame`."""
         if beyond is not self._beyond:
             self._beyond, self._to_show = beyond, True
 
     def statistics(self) -> tuple[DeltaEStatistics | None, float]:
-        """Statistics as of `Frame`."""
+        """Return statistics as in `Frame`."""
         if self._session is None or self.quality != Quality.EXACT:
             return None, 0.0
         compare = self._session.compare
@@ -135,7 +133,7 @@ class ImageFrame:
         return self._canvases
 
     def picture(self, session: Session, number: int) -> SpectralPicture | XyzPicture:
-        """Return the picture of a side, read if it was not yet.
+        """Return the image of a side, read on first use.
 
         Raises
         ------
@@ -156,11 +154,11 @@ class ImageFrame:
         return self._files[file]
 
     def light(self, session: Session, choice: LightChoice, who: str) -> Spectrum | None:
-        """Return the spectrum of a choice; None where it leaves the picture its own.
+        """Return the spectrum of a choice; None for the image's own light.
 
         Raises
         ------
-        InputError, UnknownNameError : no such lamp; a booth or a map, which need a scene.
+        InputError, UnknownNameError : an unknown lamp; a booth or a map, which need a scene.
         """
         if choice.booth is not None or choice.map is not None:
             raise InputError("an image has no surfaces that a booth or a map could light", field="light",

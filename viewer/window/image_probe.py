@@ -17,14 +17,14 @@ READ = "the image"
 def image_reading(
     frame: ImageFrame, session: Session, number: int, choice: LightChoice, who: str, pixel: tuple[int, int]
 ) -> ProbeReading:
-    """Read a pixel of side A (0) or B (1) with its spectrum; a picture in XYZ has none.
+    """Read a pixel of side A (0) or B (1) with its spectrum; an image in XYZ has none.
 
-    Of a reflectance, `incident` is the light that was chosen, on the scale on which equal energy of the same luminance
-    is 1; of emission nothing is known of what arrives, and what leaves is what would in that light.
+    For a reflectance, `incident` is the chosen light, relative to equal energy of the same luminance; for emission the
+    incident light is unknown, and `reflected` is the emission relit by the chosen light.
 
     Raises
     ------
-    InputError : whatever `SpectralPicture.weights` or `XyzPicture.check` raises.
+    InputError : see `SpectralPicture.weights` and `XyzPicture.check`.
     """
     picture, eye = frame.picture(session, number), observer(who)
     own = frame.light(session, LightChoice.named(session.subject.own_light), who) if session.subject.own_light else None

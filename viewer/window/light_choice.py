@@ -1,4 +1,4 @@
-"""The light that is chosen in the window: lamps, a booth or a map in place of the scene's own, turned and dimmed."""
+"""Choice of light in the window: lamps, a booth or a map instead of the scene's lights, rotated and dimmed."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from ...runtime.errors import InputError
 from ...spectral.upsampling import METHODS
 from .checks import check_known, check_positive, check_text, check_within
 
-#: No darker than this share of a light's strength: a light of no power has no white.
+#: Least dimming factor, since a light without power has no white.
 LEAST_DIMMING = 1e-3
 
 
 @dataclass(frozen=True)
 class Lamp:
-    """A lamp by its name, and its share in a blend.
+    """Lamp by name, with its share in a blend.
 
     name : an illuminant, a file of spectra, or an emission of the catalogue (`lighting.scene_file.lamps`).
-    entry : which spectrum of a file that holds several, by name or number. share : of the luminance; of any scale.
+    entry : spectrum of a file with several, by name or number. share : of the luminance, on any scale.
     """
 
     name: str
@@ -34,20 +34,20 @@ class Lamp:
 
 @dataclass(frozen=True)
 class LightChoice:
-    """Choice of lights, or of their spectra, in place of the scene's; as it stands, the scene's own.
+    """Choice of lights, or of their spectra, instead of the scene's; by default the scene's own.
 
     Parameters
     ----------
-    lamps : in place of each light's own spectrum, at the same strength: one, or several blended by luminance.
-    booth : a light booth in place of all lights, by the name of its lamp.
-    map : a map of an environment in place of all lights. uplift : how its colours become spectra, where neither it nor
-        `lamps` say.
-    rotation_deg : turns all lights about the vertical through the middle of the scene, anticlockwise seen from above.
-    dimming : of their strength; the reference illuminance stays, so that the picture gets darker.
+    lamps : replace each light's spectrum at the same strength: one, or several blended by luminance.
+    booth : light booth instead of all lights, by the name of its lamp.
+    map : environment map instead of all lights. uplift : method for spectra from its colours, if neither it nor `lamps`
+        state them.
+    rotation_deg : of all lights about the vertical through the scene's centre, anticlockwise seen from above.
+    dimming : factor on their strength; the reference illuminance stays, so that the image gets darker.
 
     Raises
     ------
-    InputError, UnknownNameError : a booth and a map, no such booth, numbers out of range.
+    InputError, UnknownNameError : both booth and map, an unknown booth, numbers out of range.
     """
 
     lamps: tuple[Lamp, ...] = ()
@@ -72,12 +72,12 @@ class LightChoice:
 
     @classmethod
     def named(cls, name: str) -> LightChoice:
-        """One lamp in place of each light's own."""
+        """Return the choice of one lamp for all lights."""
         return cls(lamps=(Lamp(name),))
 
     @property
     def words(self) -> str:
-        """The light as a person calls it, with all that makes it another one."""
+        """Description of the light with all its settings."""
         total = sum(one.share for one in self.lamps)
         named = [f"{one.name}{f' [{one.entry}]' if one.entry else ''}" for one in self.lamps]
         if len(named) > 1:

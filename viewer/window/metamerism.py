@@ -1,6 +1,6 @@
 """Metamerism of materials: ΔE of each from the first, under each condition, worst first.
 
-Colours are those of an annular 45:0 instrument, of the original data; fluorescence is in them.
+Colours are those of an annular 45:0 instrument, from the original data, including fluorescence.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from .choices import Choices
 from .light_choice import LightChoice
 from .state import Session
 
-#: Conditions under which pairs are made to match before an index is told.
+#: Conditions under which pairs are corrected to match before an index is computed.
 REFERENCE = Conditions("D65", "1964_10")
 
 
 @dataclass(frozen=True)
 class Cell:
-    """A material beside the first, under one light for one observer.
+    """Comparison of a material with the first, under one light for one observer.
 
-    delta_e : from the first, as both are. index : of metamerism, after the pair is made to match under the reference
+    delta_e : from the first, uncorrected. index : of metamerism, after correcting the pair to match under the reference
     conditions (ISO 18314-4, multiplicative); None with the reason in `no_index`.
     """
 
@@ -44,9 +44,9 @@ class Cell:
 
 @dataclass(frozen=True)
 class Metamerism:
-    """Every material but the first, under every condition, the worst first.
+    """Comparison of every material with the first, under every condition, worst first.
 
-    standard : the first. formula : its words, the standard being the reference.
+    standard : the first material, the reference of ΔE. formula : its description.
     """
 
     standard: str
@@ -55,7 +55,9 @@ class Metamerism:
     cells: tuple[Cell, ...]
 
     def table(self) -> tuple[tuple[Conditions, ...], dict[str, tuple[float, ...]]]:
-        """Conditions in the order of the worst of each, and ΔE by material under those; materials in such order too."""
+        """Return the conditions ordered by their largest ΔE, and each material's ΔE under them, materials in the same
+        order.
+        """
         conditions = tuple(dict.fromkeys(one.conditions for one in self.cells))
         found = {(one.material, one.conditions): one.delta_e for one in self.cells}
         names = dict.fromkeys(one.material for one in self.cells)
@@ -73,13 +75,13 @@ def metamerism(
 
     Parameters
     ----------
-    materials : two at least. lights : by name; None is the illuminant of that name, a spectrum that of any lamp.
+    materials : at least two. lights : by name; a spectrum, or None for the illuminant of that name.
     observers : short names.
 
     Raises
     ------
-    InputError : less than two materials, no light or no observer; one without a colour (a light, a spectrum of too
-        little of the visible); the same one twice.
+    InputError : fewer than two materials, no light or no observer; a material without a colour (a light, or too small a
+        spectral range); a duplicate.
     """
     for what, given, least in (("materials", materials, 2), ("lights", lights, 1), ("observers", observers, 1)):
         if len(given) < least:
@@ -124,7 +126,7 @@ def _difference(
 
 
 def session_of_cell(session: Session, cell: Cell, standard: str, choices: Choices) -> Session:
-    """Return the session of a chosen cell: the standard as A, the other as B, in that light, by that observer."""
+    """Return the session that shows a cell: the standard as A, the other as B, in its light, for its observer."""
     light = session.light
     named = LightChoice.named(cell.conditions.illuminant)
     if [one.name for one in light.lamps] != [cell.conditions.illuminant]:

@@ -1,4 +1,4 @@
-"""The numbers of a session that are turned by sliders, wheels and keys."""
+"""Adjustable numbers of a session, for sliders, wheels and keys."""
 
 from __future__ import annotations
 

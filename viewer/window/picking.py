@@ -11,15 +11,15 @@ from ...lighting.reference.geometry import Tracer
 from ...lighting.scene import Scene
 from .places import Pin
 
-# A surface counts as the pinned one where a ray meets it as near to the pin, in radii of the scene: as rays know it.
+# Distance from a pin, in radii of the scene, within which a hit is the pinned point.
 _NEAR = 1e-4
 
 
 @dataclass(frozen=True)
 class Sight:
-    """Visibility and place of a pinned point in a picture.
+    """Visibility and position of a pinned point in an image.
 
-    pixel : column and row; None where it is not seen. why : in that case, in words.
+    pixel : column and row; None if it is not visible. why : the reason in that case.
     """
 
     pixel: tuple[int, int] | None
@@ -27,18 +27,18 @@ class Sight:
 
 
 class Picker:
-    """Rays of one scene between pixels and surfaces. Scenes of the same meshes may share one."""
+    """Ray picker of a scene; scenes with the same meshes may share one."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene, self._tracer = scene, Tracer(scene)
         self._first = np.cumsum([0, *(len(part.mesh.faces) for part in scene.parts)])
 
     def pin(self, camera: Camera, column: float, row: float, name: str) -> Pin | None:
-        """Return the point under a place of the picture, in pixels from its upper left corner; None where nothing is
-        there.
+        """Return the surface point at an image position, in pixels from the upper left corner; None without a
+        surface.
         """
         one = camera.cropped(slice(int(row), int(row) + 1), slice(int(column), int(column) + 1))
-        # The middle of the sample that is nearest to the place: as finely as the picture is sampled.
+        # Centre of the nearest sample, the resolution of the image.
         origins, directions = one.rays()
         side = one.samples
         line, across = (min(int((value - int(value)) * side), side - 1) for value in (row, column))
@@ -52,11 +52,11 @@ class Picker:
         return Pin(name, self.scene.parts[part].name, int(face[0] - self._first[part]), (first, second, third))
 
     def sight(self, camera: Camera, pin: Pin) -> Sight:
-        """Find where a picture shows a pin.
+        """Locate a pin in an image.
 
         Raises
         ------
-        UnknownNameError, InputError : as of `Pin.mesh`.
+        UnknownNameError, InputError : see `Pin.mesh`.
         """
         place = pin.position(self.scene)
         clip = camera.clip_from_world() @ np.append(place, 1.0)
@@ -68,13 +68,13 @@ class Picker:
         pixel = int(0.5 * (across + 1.0) * camera.width), int(0.5 * (1.0 - up) * camera.height_px)
         viewer = camera.position
         if camera.projection == "orthographic":
-            # From outside of the scene, along the view.
+            # From outside the scene, along the view.
             viewer = place + 4.0 * self._tracer.radius * camera.axes[2]
         hidden = self._hidden_by(viewer, place)
         return Sight(None, f"hidden by {hidden}") if hidden else Sight(pixel)
 
     def _hidden_by(self, start: np.ndarray, place: np.ndarray) -> str:
-        """Return the part that stands between two points; "" where none does."""
+        """Return the name of the part that occludes a point; "" for none."""
         off = place - start
         length = float(np.linalg.norm(off))
         direction = (off / length)[None]

@@ -1,4 +1,4 @@
-"""Positions in the sides' pictures of places on the screen, and the other way round: as `compare.frag` lays them."""
+"""Mapping between screen positions and positions in the sides' images, as in `compare.frag`."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ from .state import Session
 
 
 def side_under(session: Session, size: tuple[int, int], column: int, row: int) -> tuple[int, int, int]:
-    """Return the side (0 is A, 1 is B) that a pixel of what is seen shows, and its column and row in that side's
-    picture.
+    """Return the side (0 is A, 1 is B) shown at a pixel of the display, and its column and row in that side's image.
 
     A ΔE map counts as A.
 
@@ -30,7 +29,7 @@ def side_under(session: Session, size: tuple[int, int], column: int, row: int) -
 
 
 def seen_at(session: Session, size: tuple[int, int], column: float, row: float) -> tuple[tuple[float, float], ...]:
-    """Places of what is seen that show a place of the sides' pictures: two where they lie side by side, or none.
+    """Return the display positions of a position in the sides' images: two if side by side, or none.
 
     >>> from .state import Compare
     >>> seen_at(Session(compare=Compare("side by side")), (10, 4), 5.0, 1.0)

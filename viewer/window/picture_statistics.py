@@ -1,4 +1,4 @@
-"""Statistics and plan of a picture that stands still, in the background."""
+"""Background queries about a still image: clipping, gamut and plan."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from .state import Session
 
 
 def count_clipped(asking: Asking, frame: Frame | ImageFrame | None, session: Session, seen: Hashable) -> None:
-    """Ask what of the side that is seen the display cannot show, unless that was asked of this picture already.
+    """Query the clipping of the shown side, unless already queried for this image.
 
-    seen : tells pictures apart.
+    seen : key of the image.
     """
     if frame is None:
         return
@@ -31,7 +31,7 @@ def count_clipped(asking: Asking, frame: Frame | ImageFrame | None, session: Ses
 
 
 def mark_beyond(asking: Asking, frame: Frame | ImageFrame | None, session: Session, seen: Hashable) -> None:
-    """Ask which pixels the display cannot show, where codes do not say it, and have the frame mark them."""
+    """Query the pixels outside the display's gamut, if codes do not show them, and mark them in the frame."""
     if frame is None or frame.compared is None or not needs_beyond(session, frame.display):
         return
     key = session, frame.display, seen
@@ -44,7 +44,7 @@ def mark_beyond(asking: Asking, frame: Frame | ImageFrame | None, session: Sessi
 
 
 def ask_plan(asking: Asking, frame: Frame | ImageFrame | None, lights: Sequence[str], catalogue: Any) -> None:
-    """Plan the scene on side A for these lights beside its own."""
+    """Query the plan of side A's scene for further lights."""
     if isinstance(frame, Frame) and frame.sides is not None:
         side = frame.sides[0]
         asking.ask("plan", side.scene, lambda: plan_of(side, lights, catalogue))

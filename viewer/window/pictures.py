@@ -1,4 +1,4 @@
-"""The picture on the GPU of whatever a session looks at; the last good one stays while another is in trouble."""
+"""Image of a session's subject on the GPU; the last valid one stays while another fails."""
 
 from __future__ import annotations
 
@@ -16,35 +16,37 @@ if TYPE_CHECKING:
 
 
 class Pictures:
-    """Holds a `Frame` or an `ImageFrame`, and puts another in its place where something else has been loaded.
+    """Owner of a `Frame` or an `ImageFrame`, replaced when another subject is loaded.
 
     Attributes
     ----------
-    frame : what is drawn; None before anything is. problem : why what is asked for is not what is seen.
+    frame : current one, or None. problem : reason why the session is not shown.
     """
 
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
         self._asked: tuple | None = None
         self._new: Frame | ImageFrame | None = None
-        # Replacement for the frame's scene, at the next session whose picture can be shown.
+        # Replacement of the frame's scene, at the next session that can be shown.
         self._turned: Loaded | None = None
         self.frame: Frame | ImageFrame | None = None
         self.problem: str | None = None
 
     def release(self) -> None:
-        """Free everything."""
+        """Free all resources."""
         for one in (self.frame, self._new):
             if one is not None:
                 one.release()
         self.frame = self._new = None
 
     def read_shaders_again(self) -> str | None:
-        """Compile the shaders of a scene's picture again; why not, where one does not compile: then all stay."""
+        """Recompile the shaders of a scene's frame; return the reason if one does not compile, in which case all
+        stay.
+        """
         return self.frame.read_shaders_again() if isinstance(self.frame, Frame) else None
 
     def put(self, loaded: Loaded) -> None:
-        """Draw this from now on; what was drawn stays until there is a picture of it."""
+        """Set the subject; the previous image stays until the new one can be shown."""
         if self._new is not None:
             self._new.release()
             self._new = None
@@ -61,7 +63,7 @@ class Pictures:
             self.problem = str(reason)
 
     def show(self, session: Session, size: tuple[int, int], moving: bool) -> None:
-        """Make this session's picture, of this size in pixels, what is seen."""
+        """Show a session's image at a size in pixels."""
         if min(size) < 1:
             return
         asked = session, size, moving
@@ -79,7 +81,7 @@ class Pictures:
                 self._turned = None
             frame.show(session, size, moving)
         except MetamerError as reason:
-            # A shader that does not compile, on a machine that is out of memory: what was seen stays.
+            # A shader that does not compile, or lack of memory: the previous image stays.
             self.problem = str(reason)
             return
         self.problem = frame.problem
@@ -89,7 +91,7 @@ class Pictures:
             self.frame, self._new = self._new, None
 
     def step(self, seconds: float) -> bool:
-        """Work for about so long; whether more is to be done."""
+        """Work for about `seconds`; return whether more remains."""
         if self.frame is None:
             return False
         try:

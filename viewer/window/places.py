@@ -1,4 +1,4 @@
-"""Places that are probed: a point that stays on its surface, whatever camera and light; a region of the picture."""
+"""Probed places: points fixed to surfaces, independent of camera and light, and regions of the image."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from .checks import Vector, check_text, check_within
 
 @dataclass(frozen=True)
 class Pin:
-    """A point of a surface that is probed until it is unpinned.
+    """Pinned point of a surface.
 
-    name : what it is called. part : of the scene. triangle : of the part's mesh. weights : of the triangle's three
-    corners (barycentric), not negative, 1 together.
+    name : its name. part : of the scene. triangle : of the part's mesh. weights : barycentric, not negative, with sum
+    1.
     """
 
     name: str
@@ -43,11 +43,11 @@ class Pin:
             )
 
     def mesh(self, scene: Scene) -> Mesh:
-        """Return the mesh that it lies on.
+        """Return the mesh of the point.
 
         Raises
         ------
-        UnknownNameError, InputError : the scene has no such part any more, or the part no such triangle.
+        UnknownNameError, InputError : the scene no longer has this part, or the part this triangle.
         """
         mesh = scene.part(self.part).mesh
         if self.triangle >= len(mesh.faces):
@@ -57,14 +57,14 @@ class Pin:
         return mesh
 
     def position(self, scene: Scene) -> Float[np.ndarray, "3"]:
-        """Position, world."""
+        """Return the position, world."""
         mesh = self.mesh(scene)
         return np.array(self.weights) @ mesh.vertices[mesh.faces[self.triangle]]
 
 
 @dataclass(frozen=True)
 class Region:
-    """A rectangle of the picture, in shares of its width and height from the upper left: good for any size."""
+    """Rectangle of the image, as shares of its width and height from the upper left."""
 
     name: str
     left: float
@@ -82,7 +82,7 @@ class Region:
                 raise InputError("a region of no size", field=high, found=getattr(self, high), expected=expected)
 
     def pixels(self, width: int, height: int) -> tuple[slice, slice]:
-        """Rows and columns of a picture of this size whose middles lie in it; always one at least."""
+        """Return the rows and columns of an image of this size with their centres inside; at least one each."""
         rows = _whole(self.top, self.bottom, height)
         return rows, _whole(self.left, self.right, width)
 
@@ -93,6 +93,6 @@ def _whole(low: float, high: float, count: int) -> slice:
 
 
 def free_name(stem: str, taken: Sequence[Pin | Region]) -> str:
-    """Return a name that none of them has yet: "pin 1", "pin 2" and so on."""
+    """Return an unused name: "pin 1", "pin 2" and so on."""
     names = {one.name for one in taken}
     return next(f"{stem} {number}" for number in range(1, len(names) + 2) if f"{stem} {number}" not in names)

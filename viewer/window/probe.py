@@ -1,9 +1,8 @@
-"""Probe of a pixel: light that arrives, what the surface makes of it, and its colour, without a GPU.
+"""Probe of a pixel: incident and reflected spectra, and its colour, without a GPU.
 
-Colours are those of the picture: the pixel alone is drawn by the renderer in numpy, the twin of the one on the GPU
-(`Camera.cropped`). Under lights from single directions, spectra are of the original data, at every wavelength at which
-they or the lights are known; under lights that spread they are of the fast form. Light by way of other surfaces is in
-colours, not in spectra, which are of light straight from the lights.
+Colours are those of the image: the pixel alone is rendered in numpy, by the twin of the GPU renderer
+(`Camera.cropped`). Under delta lights, spectra are from the original data, at all wavelengths of surfaces and lights;
+under area and environment lights from the fast form. Colours include indirect light, spectra only direct light.
 """
 
 from __future__ import annotations
@@ -33,24 +32,24 @@ from ...spectral.wavelengths import interpolation_matrix
 from ..software.backend import software_session
 
 ORIGINAL, FAST = "original data", "fast form"
-#: ΔE94 of noise that a probe's reference may have.
+#: Noise limit of a probe's reference, ΔE94.
 NOISE = 0.05
-# Name of the perfect diffuser among the materials; no id of a catalogue has capitals.
+# Id of the perfect diffuser; ids of catalogues have no capitals.
 _WHITE = "the perfect diffuser/WHITE"
 
 
 @dataclass(frozen=True, eq=False)
 class ProbeSpectra:
-    """Spectra of a pixel, box-filtered as the pixel is.
+    """Spectra of a pixel, box-filtered like the pixel.
 
     Parameters
     ----------
     wavelengths_nm : (L,).
-    incident : (L,) what arrives on the surface: 1 is light of equal energy that gives it the reference illuminance.
-    reflected : (L,) what leaves towards the viewer: 1 is what the perfect diffuser sends back of that. Beyond
-        `incident` where the surface fluoresces.
-    reflectance : (L,) radiance factor of what keeps its wavelength, the lights' mean by illuminance; NaN where nothing
-        arrives.
+    incident : (L,) irradiance of the surface, relative to an equal-energy light of the reference illuminance.
+    reflected : (L,) radiance towards the viewer, relative to a perfect diffuser under that light; may exceed `incident`
+        with fluorescence.
+    reflectance : (L,) radiance factor without fluorescence, averaged over lights by illuminance; NaN without incident
+        light.
     made_of : `ORIGINAL` or `FAST`.
     """
 
@@ -63,15 +62,15 @@ class ProbeSpectra:
 
 @dataclass(frozen=True, eq=False)
 class ProbeReading:
-    """Reading of a probe at a pixel, before it is adapted and shown.
+    """Reading of a probe at a pixel, before adaptation and display.
 
     Parameters
     ----------
-    pixel : column and row. parts, materials : what it shows, the most of it first; () where nothing.
-    coverage : share of it that is covered by surfaces. light, observer : by name.
-    xyz : (3,) of the picture, premultiplied by coverage, Y = 1 being the perfect diffuser in the reference illuminance.
-    white : (3,) that colours are relative to.
-    spectra : None where nothing is seen.
+    pixel : column and row. parts, materials : visible in it, largest share first; () for none.
+    coverage : share covered by surfaces. light, observer : by name.
+    xyz : (3,) of the image, premultiplied by coverage; Y = 1 is a perfect diffuser under the reference illuminance.
+    white : (3,) reference white of colours.
+    spectra : None without a surface.
     """
 
     pixel: tuple[int, int]
@@ -86,7 +85,7 @@ class ProbeReading:
 
     @cached_property
     def xy(self) -> tuple[float, float] | None:
-        """Chromaticity; None of black."""
+        """Chromaticity; None for black."""
         total = float(self.xyz.sum())
         return (float(self.xyz[0]) / total, float(self.xyz[1]) / total) if total > 0.0 else None
 
@@ -104,7 +103,7 @@ class ProbeReading:
 
 @dataclass(frozen=True, eq=False)
 class ProbeTruth:
-    """A pixel by the reference: xyz (3,), ΔE94 of the picture from it, and of its noise; None where it has none."""
+    """Reference of a pixel: xyz (3,), ΔE94 of the image from it, and its noise, ΔE94 or None."""
 
     xyz: Float[np.ndarray, "3"]
     delta_e: float
@@ -112,7 +111,7 @@ class ProbeTruth:
 
 
 class Prober:
-    """Probes of one scene, which keeps what scenes of the same meshes have in common from one to the next."""
+    """Prober of one scene, which reuses data of scenes with the same meshes."""
 
     def __init__(self, scene: Scene, catalogue: Catalogue) -> None:
         self.scene, self.catalogue = scene, catalogue
@@ -123,11 +122,11 @@ class Prober:
         self._tracer = Tracer(self._cut)
 
     def turn_to(self, scene: Scene, catalogue: Catalogue | None = None) -> None:
-        """Probe another scene from now on, or other materials; rays are kept while meshes and their holes stay.
+        """Switch to another scene or materials; ray tracers are reused while meshes and their holes are unchanged.
 
         Raises
         ------
-        InputError, UnknownNameError : a material that cannot be used; the last scene stays.
+        InputError, UnknownNameError : an unusable material; the last scene stays.
         """
         before = self.scene, self.catalogue, self._materials
         self.scene = scene
@@ -158,17 +157,17 @@ class Prober:
         return {name: one.drawn() for name, one in self._materials.items()}
 
     def at(self, camera: Camera, column: int, row: int, light: str | None = None) -> ProbeReading:
-        """Probe a pixel of the camera's picture.
+        """Probe a pixel of the camera's image.
 
-        light : what readings call it; the names of the scene's lights by default.
+        light : its name in readings; by default the names of the scene's lights.
 
         Raises
         ------
-        InputError : no such pixel, and what a renderer raises.
+        InputError : a pixel outside the image, and errors of renderers.
         """
         one = camera.cropped(slice(row, row + 1), slice(column, column + 1))
         xyz, coverage = self._renderer.render(self.scene, one, self._drawn)
-        # Light depends on the scene's lights, rays only on its meshes.
+        # Light caches depend on the scene's lights, ray tracers only on its meshes.
         seen = visible_geometry(self._cut, one, tracer=self._tracer, with_uv=self.scene.needs_uv(self._drawn))
         numbers, counts = np.unique(seen.part, return_counts=True)
         shown = [self.scene.parts[number] for number in numbers[np.argsort(-counts, kind="stable")]]
@@ -186,7 +185,7 @@ class Prober:
         )
 
     def truth(self, camera: Camera, reading: ProbeReading, noise: float = NOISE) -> ProbeTruth:
-        """Return the same pixel by the reference; what it draws has noise of `noise` at most, ΔE94."""
+        """Render the same pixel by the reference, with noise of at most `noise`, ΔE94."""
         column, row = reading.pixel
         one = camera.cropped(slice(row, row + 1), slice(column, column + 1))
         surfaces = {name: material.surface() for name, material in self._materials.items()}
@@ -200,7 +199,7 @@ class Prober:
         return self._of_fast_forms(camera, parts) if self.scene.spread_lights else self._of_originals(seen)
 
     def _of_originals(self, seen: VisibleGeometry) -> ProbeSpectra:
-        """At every wavelength at which a surface that is seen, or a light, is known."""
+        """Compute spectra from original surfaces, at all wavelengths of visible surfaces and lights."""
         scene, eye = self.scene, self.scene.observer
         surfaces = {number: self._materials[scene.parts[number].material].surface() for number in np.unique(seen.part)}
         known = [one.wavelengths_nm for one in surfaces.values()] + [
@@ -212,7 +211,7 @@ class Prober:
         incident, reflected, kept = np.zeros((3, len(grid)))
         arrived = 0.0
         for light, lit in zip(scene.delta_lights, seen.lit, strict=True):
-            # Irradiance at each sample, as shares of the reference illuminance on the pixel.
+            # Irradiance at each sample, relative to the reference illuminance on the pixel.
             share = lit.illuminance_lux * lit.wi[:, 2] / scene.viewing.reference_illuminance_lux / seen.samples
             unit = even / eye.luminous(light.spectrum)
             power = unit * np.interp(grid, light.spectrum.wavelengths_nm, light.spectrum.samples)
@@ -233,7 +232,9 @@ class Prober:
         return ProbeSpectra(grid, incident, reflected, reflectance, ORIGINAL)
 
     def _of_fast_forms(self, camera: Camera, parts: Sequence[str]) -> ProbeSpectra:
-        """At the working wavelengths; what arrives is what the perfect diffuser would send back in the same place."""
+        """Compute spectra from fast forms at the working wavelengths; incident light is that reflected by a perfect
+        diffuser.
+        """
         direct, nm = replace(self.scene, bounces=0), WORKING_WAVELENGTHS_NM
         white = direct
         for part in parts:

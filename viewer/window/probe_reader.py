@@ -1,4 +1,4 @@
-"""Probes of what is seen, read beside the window: under the pointer, at pins; rays are kept from one to the next."""
+"""Background reading of probes under the pointer and at pins, with cached ray tracers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .state import Session
 
 @dataclass(frozen=True, eq=False)
 class ProbedView:
-    """View that is probed: sides, the exact picture's camera, where materials come from; lights as people call them."""
+    """Probed view: sides, the exact image's camera, the catalogue, and names of lights."""
 
     sides: tuple[CanvasSide, CanvasSide]
     camera: Camera
@@ -32,9 +32,9 @@ class ProbedView:
 
 @dataclass(frozen=True, eq=False)
 class Spot:
-    """A probe as it was read.
+    """Result of a probe.
 
-    pixel : where; None where it is not seen, which `why` says. readings : of A and B; one where they are alike.
+    pixel : position; None if not visible, with the reason in `why`. readings : of A and B, or one if they are equal.
     """
 
     name: str
@@ -44,12 +44,12 @@ class Spot:
 
 
 class Probing:
-    """Asks for readings and hears of them.
+    """Requests for readings, and their latest results.
 
     Attributes
     ----------
-    cursor : what the pointer was over when it last rested. pins : as they were last read; `fresh` says whether that is
-    of what is seen now. problem : why nothing is.
+    cursor : reading where the pointer last rested. pins : last readings; `fresh` tells whether they are of the current
+    view. problem : reason for missing readings.
     """
 
     def __init__(self) -> None:
@@ -63,46 +63,46 @@ class Probing:
         self.problem: str | None = None
 
     def close(self) -> None:
-        """Read nothing more."""
+        """Stop reading."""
         self._thread.close()
 
     @property
     def busy(self) -> bool:
-        """True if something is being read."""
+        """True if a reading is in progress."""
         return self._thread.busy()
 
     def fresh(self, kind: str, view: ProbedView | None) -> bool:
-        """Return whether what was read last of a kind ("cursor", "pins") is of this view and place.
+        """Return whether the last reading of a kind ("cursor", "pins") is of this view and position.
 
-        view : None of an image.
+        view : None for an image.
         """
         key = self._read.get(kind)
         return key is not None and key is self._asked.get(kind) and (view is None or key[0] is view)
 
     def at(self, view: ProbedView, pixel: tuple[int, int]) -> None:
-        """Read what the pointer is over; asked again for the same it does nothing."""
+        """Read the pixel under the pointer, unless already requested."""
         self._ask("cursor", (view, pixel), lambda: self._rays.spot(view, pixel))
 
     def at_image(self, frame: ImageFrame, session: Session, pixel: tuple[int, int]) -> None:
-        """The same of a spectral image."""
+        """Read a pixel of a spectral image."""
         key = (session.light, session.observer, session.other, session.subject, pixel)
         self._ask("cursor", key, lambda: _image_spot(frame, session, pixel))
 
     def at_pins(self, view: ProbedView, pins: Sequence[Pin]) -> None:
-        """Read the pins, wherever the picture shows them now."""
+        """Read the pins at their current positions in the image."""
         if not pins:
             self.pins = ()
         self._ask("pins", (view, *pins), lambda: tuple(self._rays.pinned(view, one) for one in pins))
 
     def pin(self, view: ProbedView, place: tuple[float, float], name: str) -> None:
-        """Find the point of the surface under a place of the picture, pixels; `poll` gives it."""
-        # Each is a kind of its own: none takes another's place.
+        """Find the surface point at an image position, pixels; `poll` returns it."""
+        # Each request is a separate kind, so that none replaces another.
         self._pinned += 1
         find = self._rays.picker
         self._thread.ask(f"pin {self._pinned}", lambda: find(view.sides[0].scene).pin(view.camera, *place, name))
 
     def poll(self) -> list[Pin | None]:
-        """Take what came; points that were to be pinned, None where nothing was under the pointer."""
+        """Collect finished readings; return points to be pinned, None for positions without a surface."""
         found: list[Pin | None] = []
         for heard in self._thread.poll():
             self.problem = heard.problem
@@ -128,14 +128,14 @@ class Probing:
 
 
 class _Rays:
-    """Lives in the thread: probers of both sides, and rays of the meshes."""
+    """State of the background thread: probers of both sides, and ray pickers."""
 
     def __init__(self) -> None:
         self._probers: dict[int, Prober] = {}
         self._picker: Picker | None = None
 
     def spot(self, view: ProbedView, pixel: tuple[int, int], name: str = "cursor") -> Spot:
-        # References and files hold colours alone.
+        # References and files have colours only.
         both = view.sides[0] is not view.sides[1] and view.sides[1].made == "fast"
         return Spot(name, pixel, "", tuple(self._reading(view, number, pixel) for number in range(1 + both)))
 
@@ -164,7 +164,7 @@ class _Rays:
 
 
 def dimmed(reading: ProbeReading, factor: float) -> ProbeReading:
-    """Return a reading in less light, beside the same white."""
+    """Return a reading in dimmed light, relative to the same white."""
     if factor == 1.0:
         return reading
     spectra = reading.spectra

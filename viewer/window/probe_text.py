@@ -1,4 +1,4 @@
-"""Readings of probes for other programs: text to paste, a table of colours, a table of spectra, and CxF3."""
+"""Export of probe readings: text for pasting, tables of colours and of spectra, and CxF3."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from ...spectral.spectrum import Spectrum
 from .displayed_value import Displayed
 from .probe import ProbeReading
 
-#: A probe by its name, what it read, and what the display is sent.
+#: Named probe: name, reading and display value.
 Named = tuple[str, ProbeReading, Displayed | None]
 _COLOURS = ("X", "Y", "Z", "x", "y", "L*", "a*", "b*", "C*ab", "h_ab")
 _SPECTRA = ("incident", "reflectance", "reflected")
 
 
 def copied(name: str, reading: ProbeReading, shown: Displayed | None = None) -> str:
-    """Return a probe as lines of text, names and numbers with a tab between, for spreadsheets and messages alike."""
+    """Format a probe as lines of tab-separated names and numbers, for spreadsheets and messages."""
     lines = [
         ("probe", name),
         ("pixel", f"{reading.pixel[0]}, {reading.pixel[1]}"),
@@ -41,14 +41,14 @@ def copied(name: str, reading: ProbeReading, shown: Displayed | None = None) -> 
 
 
 def colours(reading: ProbeReading) -> dict[str, float | None]:
-    """XYZ (Y of the perfect diffuser is 1), xy (None of black), CIELAB, C*ab and h_ab, by name."""
+    """Return XYZ (Y = 1 for the perfect diffuser), xy (None for black), CIELAB, C*ab and h_ab, by name."""
     x, y = reading.xy or (None, None)
     values = (*map(float, reading.xyz), x, y, *map(float, reading.lab), *map(float, reading.lch[1:]))
     return dict(zip(_COLOURS, values, strict=True))
 
 
 def write_colours(path: str | Path, probes: Sequence[Named]) -> None:
-    """A row a probe, as a comma-separated table; numbers are exact.
+    """Write a CSV table with a row per probe; numbers are exact.
 
     Raises
     ------
@@ -59,8 +59,8 @@ def write_colours(path: str | Path, probes: Sequence[Named]) -> None:
 
 
 def write_spectra(path: str | Path, probes: Sequence[Named]) -> None:
-    """A row a probe and wavelength: what arrives, the reflectance and what leaves (`ProbeSpectra`); errors as above,
-    and where no probe sees a surface.
+    """Write a row per probe and wavelength: incident, reflectance and reflected (`ProbeSpectra`); errors as in
+    `write_colours`, and if no probe sees a surface.
     """
     rows = list(_spectral_rows(_some(path, probes)))
     if not rows:
@@ -69,10 +69,10 @@ def write_spectra(path: str | Path, probes: Sequence[Named]) -> None:
 
 
 def write_probes_cxf(path: str | Path, probes: Sequence[Named]) -> None:
-    """The reflectances as CxF3.
+    """Write reflectances as CxF3.
 
-    What is probed has no instrument's geometry: it is that of the scene, which the file says. Colours of the picture
-    are among the tags: they depend on how much light arrives, so they are none of the reflectance.
+    The geometry is the scene's, not an instrument's, which the file states. Colours of the image are stored as tags,
+    since they depend on illuminance and not only on reflectance.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def _has_reflectance(reading: ProbeReading) -> bool:
 def _entry(name: str, reading: ProbeReading, _shown: Displayed | None) -> SpectralEntry:
     spectra = reading.spectra
     assert spectra is not None
-    # There is no ratio at wavelengths without light.
+    # The ratio is undefined at wavelengths without light.
     known = np.isfinite(spectra.reflectance)
     factor = Spectrum.sampled(spectra.wavelengths_nm[known], spectra.reflectance[known], "radiance factor")
     details = {

@@ -1,4 +1,4 @@
-"""A rating of what is seen in the window: by whom, of what, under which light, with what the probe reads."""
+"""Ratings in the window: reviewer, material, light, and probe readings."""
 
 from __future__ import annotations
 
@@ -27,13 +27,12 @@ def rating_of(
     other: ProbeReading | None = None,
     shown: Displayed | None = None,
 ) -> Rating:
-    """Return a rating of the shown part's material, of the side that is seen.
+    """Return a rating of the shown part's material, on the shown side.
 
     Parameters
     ----------
-    at : now by default. reading : of the probe on side A, or on the side that is seen alone. other : the same pixel of
-        side B, where both are compared: ΔE by the session's formula is kept with the rating. shown : what the display
-        was sent for `reading`.
+    at : now by default. reading : of the probe on side A, or on the only shown side. other : the same pixel of side B
+        if both are compared, for ΔE by the session's formula. shown : display value of `reading`.
     """
     alone = session.compare.mode == "B"
     light = (session.other.light or session.light) if alone else session.light

@@ -1,4 +1,4 @@
-"""Queries of panels about materials and pictures, answered in the background: the last answer of each kind."""
+"""Background queries of panels about materials and images, with the last answer of each kind."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from .state import Session
 
 @dataclass(frozen=True, eq=False)
 class QueryAnswer:
-    """Answer to the query `key`: `result`, or in `problem` why there is none."""
+    """Answer to the query `key`: `result`, or the reason for its absence in `problem`."""
 
     key: Hashable
     result: Any = None
@@ -35,7 +35,7 @@ class QueryAnswer:
 
 
 class Asking:
-    """One thread for all questions; of a kind the newest is answered."""
+    """Background thread for queries; only the newest of a kind is answered."""
 
     def __init__(self) -> None:
         self._thread = Background()
@@ -43,31 +43,31 @@ class Asking:
         self._answers: dict[str, QueryAnswer] = {}
 
     def close(self) -> None:
-        """Answer nothing more."""
+        """Stop answering."""
         self._thread.close()
 
     def ask(self, kind: str, key: Hashable, work: Callable[[], Any], again: bool = True) -> None:
-        """Ask; where `again` is False, a question that was asked last is not asked again."""
+        """Submit a query; with `again` False, not if it equals the last one of its kind."""
         if again or self._asked.get(kind) != key:
             self._asked[kind] = key
             self._thread.ask(kind, lambda: (key, work()))
 
     def answer(self, kind: str, key: Hashable = None) -> QueryAnswer | None:
-        """Return the last answer of a kind, if it is to this question; to whichever, where none is named."""
+        """Return the last answer of a kind, if it has this key; None is any key."""
         found = self._answers.get(kind)
         return found if found is None or key is None or found.key == key else None
 
     def busy(self, kind: str | None = None) -> bool:
-        """Return whether a question of this kind, or any, waits for its answer."""
+        """Return whether a query of this kind, or any, is pending."""
         return self._thread.busy(kind)
 
     def forget(self) -> None:
-        """Other materials: no answer holds any more."""
+        """Discard all answers, as after a change of materials."""
         self._asked.clear()
         self._answers.clear()
 
     def poll(self) -> bool:
-        """Take what came; whether anything did."""
+        """Collect finished answers; return whether there were any."""
         came = self._thread.poll()
         for heard in came:
             if heard.problem is not None:
@@ -79,24 +79,24 @@ class Asking:
 
 def metamers(catalogue: Catalogue, names: Sequence[str], lights: Sequence[str], observers: Sequence[str],
              formula: str) -> Metamerism:  # fmt: skip
-    """Materials under all lights for all observers; errors as of `metamerism`, and a lamp that is not there."""
+    """Compare materials under all lights for all observers; errors: see `metamerism`, and unknown lamps."""
     materials = [catalogue.load(name) for name in names]
     spectra: Mapping[str, Any] = dict.fromkeys(lights)
     return metamerism(materials, spectra, observers, Formula(formula))
 
 
 def find_neighbours(catalogue: Catalogue, name: str, word: str, amount: float) -> Neighbours:
-    """Find materials that look like one, or like it after a wish; errors as of `like`."""
+    """Find materials similar to one, or to it with an offset in appearance; errors: see `like`."""
     return like(catalogue, name, {word: amount})
 
 
 def sliders_of(catalogue: Catalogue, name: str) -> tuple[Slider, ...]:
-    """Return the parameters of a material; InputError where it has none."""
+    """Return the parameters of a material; InputError if it has none."""
     return sliders(catalogue.surface(name).surface(), name)
 
 
 def plan_of(side: CanvasSide, lights: Sequence[str], catalogue: Any) -> ScenePlan:
-    """Return the plan for a side's materials under its own lights and some more, by name."""
+    """Plan a side's materials under its own lights and further ones, by name."""
     spectra = [one.spectrum for one in side.scene.lights]
     spectra += [lamp(name, None, Path(), catalogue)[0] for name in lights]
     return plan_scene(list(side.surfaces.values()), spectra, side.scene.observer)
@@ -109,7 +109,7 @@ def clipping(
     session: Session,
     display: DisplayTransform,
 ) -> tuple[str, ...]:
-    """Count the pixels that the display cannot show, in words; () where it can show all."""
+    """Describe the numbers of pixels that the display cannot show; () if it can show all."""
     adapt = to_display(white, session.adaptation)
     behind = (1.0 - coverage.astype(np.float64))[..., None] * surround_xyz(session.surround)
     sent = 2.0**session.exposure * xyz.astype(np.float64) @ adapt.T + behind

@@ -1,4 +1,4 @@
-"""A scene whose lights have been turned about it."""
+"""Rotation of a scene's lights."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from ...lighting.scene import Scene
 
 
 def turned_lights(scene: Scene, degrees: float) -> Scene:
-    """Return all lights turned about the vertical through the middle of the scene, anticlockwise seen from above; the
-    scene itself at 0.
+    """Rotate all lights about the vertical through the scene's centre, anticlockwise seen from above; returns the scene
+    itself at 0.
     """
     if degrees == 0.0:
         return scene

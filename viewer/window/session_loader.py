@@ -1,4 +1,4 @@
-"""Loader of what a session names: scene, catalogue, image, and what there is to choose from."""
+"""Loader of a session's scene, catalogue and image, and of choices."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .spectral_image import SpectralPicture, XyzPicture
 from .spectral_image_file import read_looked_at
 from .state import SESSION_FILE, Compare, Other, Session, Subject
 
-#: Scene that materials are shown in where no other is named.
+#: Default scene for showing materials.
 SHOWN_IN = "speed_shape"
 
 
@@ -32,7 +32,7 @@ SHOWN_IN = "speed_shape"
 class Loaded:
     """Subject in memory.
 
-    subject, catalogue_name : by which it was asked for. scene : None of an image. image : None of all else.
+    subject, catalogue_name : of the request. scene : None for an image. image : None otherwise.
     """
 
     subject: Subject
@@ -51,7 +51,7 @@ class Loaded:
         return (*files_of_scene(scene_path(self.subject)), *worn)
 
     def is_of(self, session: Session) -> bool:
-        """Return whether it is what a session names; shapes are put in where it is drawn."""
+        """Return whether it belongs to a session, whatever its shape, which is inserted when drawing."""
         same = replace(session.subject, shape=None) == replace(self.subject, shape=None)
         return same and session.catalogue == self.catalogue_name
 
@@ -62,11 +62,11 @@ def scene_path(subject: Subject) -> Path:
 
 
 def load(subject: Subject, catalogue_name: str | None = None) -> Loaded:
-    """Read all that a subject names.
+    """Load a subject.
 
     Raises
     ------
-    InputError, UnknownNameError, NoRoomError : a file that is missing or unusable, a material that is not there.
+    InputError, UnknownNameError, NoRoomError : a missing or unusable file, an unknown material.
     """
     folder = local_folder(default_catalogue() if catalogue_name is None else catalogue_name, "the window")
     # An image needs no materials.
@@ -88,8 +88,7 @@ def load(subject: Subject, catalogue_name: str | None = None) -> Loaded:
 
 @lru_cache(maxsize=8)
 def display_views(config: str | None = None) -> Mapping[str, tuple[str, ...]]:
-    """Return the displays of a configuration of OpenColorIO, each with its views; of the one in use where none is
-    named.
+    """Return the displays of an OpenColorIO configuration, each with its views; None is the active one.
 
     Raises
     ------
@@ -107,12 +106,11 @@ def display_views(config: str | None = None) -> Mapping[str, tuple[str, ...]]:
 
 
 def subject_of(words: Sequence[str], catalogue: Catalogue) -> Subject | Session:
-    """Find the subject that the words of a command name: a scene, an image, a saved session, or materials by ids and
-    patterns.
+    """Parse the words of a command as a subject: a scene, an image, a saved session, or materials by ids and patterns.
 
     Raises
     ------
-    InputError, UnknownNameError : files that do not go together, no such file or material.
+    InputError, UnknownNameError : incompatible files, an unknown file or material.
     """
     if not words:
         return Subject("scene")
@@ -133,9 +131,9 @@ def subject_of(words: Sequence[str], catalogue: Catalogue) -> Subject | Session:
 
 
 def _not_shown(path: Path) -> InputError:
-    """Say of a file or folder that is there why it is not opened."""
+    """Return the error for an existing file or folder that cannot be opened."""
     if path.is_file():
-        # A file that is recognised is refused as what it is.
+        # The error names the kind of a recognised file.
         possible_scene(path)
     return InputError(
         "nothing that the window shows",
@@ -147,7 +145,7 @@ def _not_shown(path: Path) -> InputError:
 
 
 def comparison_of(words: Sequence[str]) -> dict[str, Any]:
-    """Return what a session begins with where the words are two images: the second on side B, under a wipe; else {}.
+    """Return session settings that compare two images by a wipe, the second as B; {} for other words.
 
     Raises
     ------
@@ -160,7 +158,7 @@ def comparison_of(words: Sequence[str]) -> dict[str, Any]:
 
 
 def subject_of_file(path: str) -> Subject | Session:
-    """Find the subject in a file: a session, an image by its name, else a scene.
+    """Return the subject of a file: a session, an image by its name, else a scene.
 
     Raises
     ------

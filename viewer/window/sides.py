@@ -1,4 +1,4 @@
-"""Sides of a comparison as they are drawn: scenes, surfaces and spectra by the names in it, each made once."""
+"""Sides of a comparison from a session's names: scenes, surfaces and spectra, each made once."""
 
 from __future__ import annotations
 
@@ -35,21 +35,21 @@ from .simplification import is_closed, simplified_scene
 from .state import Session
 from .stills import read_still
 
-#: Triangles of a scene while something moves: at a third of the pixels a speed shape of so many is within ΔE94 0.08
-#: (p95) of the exact picture, and one of a quarter of them within 0.27, in four fifths of the time.
+#: Limit of triangles during motion: at a third of the pixels a speed shape of that size is within ΔE94 0.08 (p95) of
+#: the exact image, and with a quarter of them within 0.27, in four fifths of the time.
 MOVING_TRIANGLES = 96_000
 Made = TypeVar("Made")
 
 
 class _Kept(dict):
-    """The last few things, by key; what was asked for last goes last."""
+    """LRU cache of a few objects."""
 
     def __init__(self, most: int) -> None:
         super().__init__()
         self.most = most
 
     def get_or(self, key: Hashable, make: Callable[[], Made]) -> Made:
-        """Return what is kept, made where it is not."""
+        """Return the cached object, or make it."""
         found = self.pop(key) if key in self else make()
         while len(self) >= self.most:
             self.pop(next(iter(self)))
@@ -58,7 +58,7 @@ class _Kept(dict):
 
 
 class _Fewer(NamedTuple):
-    """A scene's meshes, kept alive, those of fewer triangles, and which of them nobody sees from behind."""
+    """A scene's meshes, kept alive, their simplified versions, and those never seen from behind."""
 
     of: tuple[Mesh, ...]
     meshes: tuple[Mesh, ...]
@@ -67,7 +67,7 @@ class _Fewer(NamedTuple):
 
 @dataclass(frozen=True)
 class _Asked:
-    """Names that make a side: equal for sides that are the same."""
+    """Names that define a side; equal for equal sides."""
 
     light: LightChoice
     who: str
@@ -81,10 +81,10 @@ class _Asked:
 
 
 class SessionObjects:
-    """Objects that a session names, kept so that the same name is the same object: what is drawn is told apart by that.
+    """Objects named by a session, cached so that equal names give the same object, since renderers compare by identity.
 
-    catalogue : a `Catalogue`, or anything with its `ids()`, `surface(id)` and, for edits, `load(id)`.
-    waits : materials with other parameters are fitted at once, not beside what is drawn.
+    catalogue : a `Catalogue`, or any object with its `ids()`, `surface(id)` and, for edits, `load(id)`.
+    waits : fit edited materials synchronously instead of in the background.
     """
 
     def __init__(self, scene: Scene, catalogue: Any, waits: bool = False) -> None:
@@ -92,40 +92,40 @@ class SessionObjects:
         self._catalogues: dict[str | None, Any] = {None: catalogue}
         self._fits: dict[str | None, Fitting] = {}
         self._waits = waits
-        # A BTF may take hundreds of megabytes, a map with what it gives 20.
+        # A BTF may take hundreds of megabytes, a prefiltered map 20.
         self._surfaces, self._scenes, self._sides = _Kept(64), _Kept(32), _Kept(32)
         self._spectra, self._around, self._meshes = _Kept(64), _Kept(4), _Kept(8)
-        # Meshes of fewer triangles by the identities of a scene's own, which are kept with them.
+        # Simplified meshes by the identities of a scene's own, which are kept alive with them.
         self._fewer, self._stills = _Kept(4), _Kept(4)
         self._edited: dict[str, Material] = {}
 
     def close(self) -> None:
-        """Fit nothing more."""
+        """Stop fitting."""
         for one in self._fits.values():
             one.close()
 
     @property
     def pending(self) -> bool:
-        """True if a material with other parameters is being fitted: sides show what stands for it meanwhile."""
+        """True if an edited material is being fitted; sides show its replacement meanwhile."""
         return any(one.pending for one in self._fits.values())
 
     def arrived(self) -> bool:
-        """Return whether one has been fitted since this was last asked: then `sides` has other ones."""
+        """Return whether a fit has finished since the last call, so that `sides` has changed."""
         arrived = [one.arrived() for one in self._fits.values()]
         return any(arrived)
 
     @property
     def seen_catalogue(self) -> Any:
-        """The catalogue, with the materials of other parameters that have been fitted."""
+        """The catalogue with fitted edited materials."""
         mine = isinstance(self.catalogue, Catalogue) and self._edited
         return VariedCatalogue.of(self.catalogue, self._edited.values()) if mine else self.catalogue
 
     def sides(self, session: Session) -> tuple[CanvasSide, CanvasSide]:
-        """Return a and B; one object where they are alike.
+        """Return A and B, one object if they are equal.
 
         Raises
         ------
-        InputError, UnknownNameError : a material, a part, a lamp or a file that is not there; what cannot be drawn.
+        InputError, UnknownNameError : an unknown material, part or lamp, a missing file; a side that cannot be drawn.
         """
         for words in _left_out(session):
             raise InputError(f"a scene is not shown as {words}", field="session", expected="a scene or materials")
@@ -145,12 +145,11 @@ class SessionObjects:
 
     @property
     def one_sided(self) -> frozenset[int]:
-        """Meshes of fewer triangles, by identity, that nobody sees from behind."""
+        """Simplified meshes, by identity, that are never seen from behind."""
         return frozenset().union(*(one.one_sided for one in self._fewer.values()))
 
     def moving(self, side: CanvasSide) -> CanvasSide:
-        """Return a side of fewer triangles; itself where that would need work of its own, as under lights that
-        spread."""
+        """Return a simplified side; itself if that would need expensive work, as under area or environment lights."""
         if side.scene.spread_lights or side.scene.bounces != 0:
             return side
         meshes = tuple(part.mesh for part in side.scene.parts)
@@ -169,7 +168,7 @@ class SessionObjects:
     ) -> CanvasSide:
         edits: dict[str, list[tuple[str, float]]] = {}
         for one in session.edits:
-            # Fitted materials are named by their values in six digits, so those values are used.
+            # Fitted materials are named by their values with six digits, so rounded values are used.
             edits.setdefault(one.material, []).append((one.parameter, float(f"{one.value:g}")))
         asked = _Asked(
             light,
@@ -196,16 +195,16 @@ class SessionObjects:
         if asked.influence is not None:
             scene.part(asked.influence)
         side = CanvasSide(scene, surfaces, self._spectrum(asked), asked.light.dimming, influence=asked.influence)
-        # A light that nobody can be used to is refused while what was seen can stay.
+        # A light without a valid white is refused here, so that the previous image stays.
         _ = side.white
         return side
 
     def _scene(self, asked: _Asked) -> Scene:
-        """Make a scene in which only a light's spectrum and its dimming, or an edit, is left to be put in."""
+        """Make a scene complete except for a light's spectrum and dimming, or an edit."""
         light = asked.light
-        # Only whether there are lamps: they replace any spectrum of a map.
+        # Only the presence of lamps matters, since they replace any spectrum of a map.
         around = light.booth, light.map, light.uplift, bool(light.lamps)
-        # Lights are told apart by identity: they are the same whatever is worn.
+        # Lights are compared by identity, so they must not depend on materials.
         key = asked.who, asked.part, asked.shape, asked.bounces, around, light.rotation_deg
 
         def made() -> Scene:
@@ -216,7 +215,7 @@ class SessionObjects:
                 scene = replace(scene, parts=tuple(parts))
             if (found := self._light_around(light)) is not None:
                 scene = replace(scene, lights=(found,))
-            # The scene's own, where it is that: what is kept by it stays good.
+            # The scene's own object if unchanged, so that caches stay valid.
             if scene.observer.name != OBSERVERS[asked.who]:
                 scene = replace(scene, observer=observer(asked.who))
             bounces = (scene.bounces or "auto") if asked.bounces else 0
@@ -228,13 +227,13 @@ class SessionObjects:
         return scene
 
     def _light_around(self, light: LightChoice) -> EnvironmentLight | None:
-        """Make the light in place of all lights, as strong on a horizontal plane as the reference illuminance."""
+        """Make the environment that replaces all lights, with the reference illuminance on a horizontal plane."""
         lux = float(self.scene.viewing.reference_illuminance_lux)
         if light.booth is not None:
             return self._around.get_or(light.booth, lambda: light_booth(light.booth, illuminance_lux=lux, name="booth"))
         if light.map is None:
             return None
-        # A spectrum that is stated makes nothing of the map but its luminance: any one does for all.
+        # With a stated spectrum only the map's luminance is used, so any spectrum will do.
         stated = illuminant("E") if light.lamps else None
         uplift = None if light.lamps else light.uplift
         return self._around.get_or(
@@ -243,9 +242,7 @@ class SessionObjects:
         )
 
     def _mesh(self, shape: str, in_place_of: Mesh) -> Mesh:
-        """Return a generated shape or a mesh's file, as large as what it takes the place of, and standing where that
-        does.
-        """
+        """Return a generated shape or a mesh from a file, with the size and position of the mesh that it replaces."""
 
         def made() -> tuple[Mesh, Mesh]:
             if shape in SHAPES and shape != "patches":
@@ -262,7 +259,7 @@ class SessionObjects:
         return self._meshes.get_or((shape, id(in_place_of)), made)[1]
 
     def _standing_for(self, name: str, asked: _Asked) -> str:
-        """Return the id of what a material is drawn as: itself, or what was fitted of it."""
+        """Return the id under which a material is drawn: its own, or that of a fit."""
         values = next((values for edited, values in asked.edits if edited == name), None)
         if values is None:
             return name
@@ -285,7 +282,7 @@ class SessionObjects:
         return self._surfaces.get_or((catalogue, name), lambda: self._catalogue(catalogue).surface(name).drawn())
 
     def _spectrum(self, asked: _Asked) -> Spectrum | None:
-        """Return the spectrum in place of the lights' own; None is theirs."""
+        """Return the spectrum that replaces the lights' own; None keeps them."""
         lamps, who = asked.light.lamps, observer(asked.who)
         if not lamps:
             return None
@@ -295,7 +292,7 @@ class SessionObjects:
             found = [lamp(one.name, one.entry, self._folder, catalogue)[0] for one in lamps]
             return mixture(found, np.array([one.share for one in lamps], dtype=float), who)
 
-        # One lamp is the same to everybody, a blend by luminance is not.
+        # One lamp is independent of the observer, a blend by luminance is not.
         return self._spectra.get_or((lamps, asked.catalogue, asked.who if len(lamps) > 1 else ""), made)
 
     def _still(self, session: Session, file: str, side: CanvasSide) -> Pixels:
@@ -317,11 +314,11 @@ class SessionObjects:
 
     @property
     def _folder(self) -> Path:
-        """Folder that files are looked up in."""
+        """Folder for relative file names."""
         return Path() if self.scene.path is None else self.scene.path.parent
 
 
 def _left_out(session: Session) -> Iterator[str]:
-    """Describe what a session asks for and no scene shows."""
+    """Yield descriptions of settings that scenes do not support."""
     if session.subject.kind == "image":
         yield "an image"

@@ -1,4 +1,4 @@
-"""Meshes of fewer triangles, for pictures while something moves: vertices that are near each other become one."""
+"""Mesh simplification by vertex clustering, for images during motion."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from ...lighting.mesh.mesh import Mesh, degenerate_faces
 from ...lighting.scene import Scene
 from ...lighting.vectors import unit
 
-# Cells along the longest side of a mesh's box: what is tried, finest first.
+# Numbers of cells along the longest side of a mesh's box, tried in order.
 _CELLS = (256, 192, 144, 108, 81, 61, 46, 34, 26, 19, 14, 10)
 
 
 def simplified_scene(scene: Scene, most: int) -> Scene:
-    """Return the scene with its largest meshes simplified to `most` triangles in all, or as near as they get; itself
-    where it has no more.
+    """Simplify the largest meshes of a scene to `most` triangles in total, or as few as possible; returns itself if it
+    has no more.
 
-    Meshes with texture coordinates stay as they are, since what is near in space may be far apart on a texture.
+    Meshes with texture coordinates are unchanged, since neighbours in space may be far apart on a texture.
     """
     faces = sum(len(part.mesh.faces) for part in scene.parts)
     if faces <= most:
@@ -30,12 +30,12 @@ def simplified_scene(scene: Scene, most: int) -> Scene:
 
 
 def simplified(mesh: Mesh, most: int) -> Mesh:
-    """Return a mesh of at most `most` triangles, or of as few as a grid of ten cells along its longest side leaves.
+    """Simplify a mesh to at most `most` triangles, or to as few as a grid of ten cells along its longest side allows.
 
-    Each vertex goes to the mean of those in its cell, with the mean of their normals; triangles of fewer than three
-    cells go (J. Rossignac and P. Borrel, Multi-resolution 3D approximations for rendering complex scenes, 1993).
-    Normals that look different ways keep vertices apart, so that thin plates keep two sides. The mesh itself comes
-    back where it has no more triangles, has texture coordinates, or nothing of it would be left.
+    The vertices of a cell are replaced by their mean, with the mean of their normals; triangles in fewer than three
+    cells are dropped (J. Rossignac and P. Borrel, Multi-resolution 3D approximations for rendering complex scenes,
+    1993). Vertices with different normal directions are not merged, so that thin plates keep two sides. The mesh itself
+    is returned if it has no more triangles, has texture coordinates, or nothing of it would be left.
     """
     if len(mesh.faces) <= most or mesh.uv is not None:
         return mesh
@@ -51,8 +51,8 @@ def simplified(mesh: Mesh, most: int) -> Mesh:
 
 
 def is_closed(mesh: Mesh) -> bool:
-    """Return whether each edge joins two triangles that go round it opposite ways, wherever normals part vertices: then
-    no triangle can be seen from behind but from inside.
+    """Return whether each edge joins two triangles of opposite orientation, ignoring splits by normals, so that
+    backfaces are visible only from inside.
     """
     _, place = np.unique(mesh.vertices, axis=0, return_inverse=True)
     faces = place.reshape(-1)[mesh.faces].astype(np.int64)
@@ -63,7 +63,7 @@ def is_closed(mesh: Mesh) -> bool:
 
 
 def _clustered(mesh: Mesh, cells: int) -> Mesh | None:
-    """Merge the vertices of a mesh by cells; None where no triangle is left."""
+    """Merge the vertices of a mesh by cells; None if no triangle is left."""
     low, high = mesh.bounds
     size = max(float((high - low).max()), 1e-300)
     cell = np.floor((mesh.vertices - low) / size * cells).astype(np.int64)

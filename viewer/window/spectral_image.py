@@ -1,8 +1,8 @@
-"""Pictures that are read: spectral OpenEXR (Fichet, Pacanowski and Wilkie, JCGT 10(3), 2021) under any light, or XYZ.
+"""Images from files: spectral OpenEXR (Fichet, Pacanowski and Wilkie, JCGT 10(3), 2021) under any light, or XYZ.
 
-A picture is kept as planes of float32, one a channel, as it lies in the file: whatever the light or the observer is,
-XYZ are three weights a plane, so that a switch is one product of matrices. What fluoresces has planes of pairs of
-wavelengths, whose weights the light excites; its colours are exact, too. A picture in XYZ is seen as it is.
+An image is stored as float32 planes, one per channel, as in the file: for any light and observer, XYZ is three weights
+per plane, so that a change is one matrix product. Fluorescent images have planes for pairs of wavelengths, with weights
+by the excitation; their colours are exact, too. An image in XYZ is shown unchanged.
 """
 
 from __future__ import annotations
@@ -25,17 +25,16 @@ from ..render.session import radiance_weights
 
 @dataclass(frozen=True, eq=False)
 class SpectralPicture:
-    """A spectral picture as it lies in its file.
+    """Spectral image as stored in its file.
 
     Parameters
     ----------
-    kind : "emission": light that comes from each pixel; "reflectance": that of a surface at each.
-    planes : (C,H,W) float32. into, out : (C,) nm, the wavelength that excites a plane and the one that leaves; equal
-        but where something fluoresces.
-    wavelengths_nm : (L,) ascending, those of the planes that keep their wavelength.
-    units : of emission, as the file says; "" where it does not. light : the illuminant that its header names, where it
-        is known here.
-    notes : what has to be said of its values.
+    kind : "emission", radiance of each pixel, or "reflectance".
+    planes : (C,H,W) float32. into, out : (C,) nm, excitation and emission wavelength of each plane, equal without
+        fluorescence.
+    wavelengths_nm : (L,) of planes without fluorescence, ascending.
+    units : of emission, as stated in the file, or "". light : illuminant named in the header, if known.
+    notes : on its values.
     """
 
     kind: Literal["emission", "reflectance"]
@@ -49,12 +48,12 @@ class SpectralPicture:
 
     @property
     def coverage(self) -> float:
-        """1: each pixel is of the picture."""
+        """1: all pixels are covered."""
         return 1.0
 
     @property
     def relative(self) -> bool:
-        """True if 1 is the perfect diffuser under equal energy, as Metamer writes it."""
+        """True if 1 is the perfect diffuser under equal energy, as written by Metamer."""
         return self.kind == "emission" and self.units == RELATIVE_UNITS
 
     def folded(
@@ -64,20 +63,19 @@ class SpectralPicture:
         own_light: Spectrum | None = None,
         luminance: float | None = None,
     ) -> ColourImage:
-        """XYZ of the picture with its white, whose Y is 1.
+        """Compute XYZ of the image, and its white with Y = 1.
 
         Parameters
         ----------
-        light : in which it is seen. A reflectance needs one; emission is seen in its own light without.
-        own_light : that emission was made in: default the one that its header names. Another light takes its place
-            wavelength by wavelength, which is right where light keeps its wavelength, and comes from lamps of one
-            spectrum.
-        luminance : cd/m^2 of white, of emission in absolute units; relative ones have none.
+        light : illuminant, required for reflectance; None shows emission in its own light.
+        own_light : light in which emission was recorded, by default that of the header. It is replaced by `light` at
+            each wavelength, which is right without fluorescence and with lamps of one spectrum.
+        luminance : cd/m^2 of white, for emission in absolute units only.
 
         Raises
         ------
-        InputError : no light where one is needed; no luminance, or one that is not needed; a light that the own one
-            cannot be replaced by, since it sends nothing at some wavelength.
+        InputError : a missing light; a missing or superfluous luminance; an own light without power at some wavelength
+            of `light`.
         """
         weights, white = self.weights(observer, light, own_light, luminance)
         flat = self.planes.reshape(len(self.planes), -1)
@@ -91,7 +89,7 @@ class SpectralPicture:
         own_light: Spectrum | None = None,
         luminance: float | None = None,
     ) -> tuple[Float[np.ndarray, "3 C"], Float[np.ndarray, "3"]]:
-        """XYZ = weights @ planes, and the white; parameters and errors as of `folded`."""
+        """Return the weights in XYZ = weights @ planes, and the white; parameters and errors: see `folded`."""
         if self.kind == "reflectance":
             if light is None:
                 hint = "choose an illuminant or a lamp"
@@ -103,7 +101,7 @@ class SpectralPicture:
         return self._of_emission(observer, light, own_light, luminance)
 
     def spectrum(self, row: int, column: int) -> Float[np.ndarray, " L"]:
-        """Return what keeps its wavelength at a pixel, at `wavelengths_nm`, as the file has it."""
+        """Return the spectrum of a pixel without fluorescence, at `wavelengths_nm`, in the file's units."""
         return self.planes[: len(self.wavelengths_nm), row, column].astype(np.float64)
 
     def region(self, rows: slice, columns: slice) -> Float[np.ndarray, " L"]:
@@ -118,8 +116,7 @@ class SpectralPicture:
 
         Raises
         ------
-        InputError : in which light the picture was made is not known; a light of no power; its own sends nothing where
-            the other one does.
+        InputError : an unknown own light; a light without power; an own light without power where the other has some.
         """
         nm, own = self.wavelengths_nm, self._own(own_light)
         if light is None or light.key == own.key:
@@ -144,7 +141,7 @@ class SpectralPicture:
         return np.divide(new, old, out=np.zeros(len(nm)), where=old > 0.0) * (powers[0] / powers[1])
 
     def _own(self, own_light: Spectrum | None) -> Spectrum:
-        """Return the light that emission was made in, as the header or a person says it."""
+        """Return the light in which emission was recorded, as stated by the header or the user."""
         if own_light is None and not self.light:
             expected = "the light that the picture was made in, which white is the white of"
             raise InputError("in which light was this made?", field="own_light",
@@ -157,7 +154,7 @@ class SpectralPicture:
         kept = observer.weights(light, nm)
         if len(self.planes) == len(nm):
             return kept
-        # As `Bispectral.fold_emission` has it, a pair of wavelengths at a time.
+        # As in `Bispectral.fold_emission`, for each pair of wavelengths.
         bare = Bispectral(nm, nm, np.zeros((len(nm), len(nm))))
         excited = dict(zip(nm.tolist(), bare.excitation(light).tolist(), strict=True))
         seen = dict(zip(nm.tolist(), observer.sensitivity(nm).T, strict=True))
@@ -193,14 +190,14 @@ class SpectralPicture:
 
 @dataclass(frozen=True, eq=False)
 class XyzPicture:
-    """A picture in XYZ, such as reviews and baselines keep: in one light, for one observer.
+    """Image in XYZ, as in reviews and baselines, for one light and observer.
 
     Parameters
     ----------
     planes : (3,H,W) float32, X, Y and Z, premultiplied by `coverage` (H,W).
-    white : (3,) that its colours are relative to.
-    light, observer : names that its file says; "" where it does not.
-    notes : what has to be said of it.
+    white : (3,) reference white.
+    light, observer : names stated in its file, or "".
+    notes : on the image.
     """
 
     kind: ClassVar = "XYZ"
@@ -218,7 +215,7 @@ class XyzPicture:
         own_light: Spectrum | None = None,
         luminance: float | None = None,
     ) -> ColourImage:
-        """Return the picture as it is; errors as of `check`."""
+        """Return the image unchanged; errors: see `check`."""
         self.check(observer, light, own_light, luminance)
         return ColourImage(np.moveaxis(self.planes, 0, 2), "xyz", self.white)
 
@@ -229,11 +226,11 @@ class XyzPicture:
         own_light: Spectrum | None = None,
         luminance: float | None = None,
     ) -> None:
-        """Refuse what would need spectra.
+        """Raise for settings that need spectra.
 
         Raises
         ------
-        InputError : a light, another observer than the file names, or a luminance.
+        InputError : a light, an observer other than the file's, or a luminance.
         """
         hint = "open the scene, or render it to a spectral picture (`metamer render --spectral`)"
         if light is not None or own_light is not None:

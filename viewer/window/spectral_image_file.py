@@ -1,4 +1,4 @@
-"""OpenEXR pictures read as planes: spectral ones, in a memory that is known before, and those in XYZ."""
+"""Reader of OpenEXR images as planes: spectral ones, with a known memory bound, and those in XYZ."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from ...spectral.illuminants import illuminant
 from ...spectral.observers import OBSERVERS
 from .spectral_image import SpectralPicture, XyzPicture
 
-# Bytes of a sample while a picture is read: as it comes from the file, and as it is kept.
+# Bytes per sample: as read from the file, and as stored.
 _READING, _KEPT = 8, 4
 
 
 @dataclass(frozen=True)
 class PictureMemory:
-    """Memory of a spectral picture, bytes: while it is read, and while it is kept."""
+    """Memory of a spectral image, bytes: while reading, and afterwards."""
 
     samples: int
 
     @property
     def reading(self) -> int:
-        """While it is read."""
+        """Peak bytes while reading."""
         return _READING * self.samples
 
     @property
     def kept(self) -> int:
-        """Bytes as long as it is shown."""
+        """Bytes while shown."""
         return _KEPT * self.samples
 
     @property
@@ -45,16 +45,16 @@ class PictureMemory:
 
 
 def picture_memory(path: str | Path) -> PictureMemory:
-    """Estimate the memory of a picture by its header."""
+    """Estimate the memory of an image from its header."""
     return PictureMemory(samples_in(Path(path)))
 
 
 def read_looked_at(path: str | Path) -> SpectralPicture | XyzPicture:
-    """Read a picture of either kind: spectral, or XYZ with its white.
+    """Read an image of either kind: spectral, or XYZ with its white.
 
     Raises
     ------
-    InputError : what `read_spectral_picture` raises; of a picture in XYZ, no white.
+    InputError : see `read_spectral_picture`; an image in XYZ without white.
     """
     path = existing_file(Path(path))
     with path.open("rb") as file:
@@ -73,14 +73,14 @@ def read_looked_at(path: str | Path) -> SpectralPicture | XyzPicture:
 
 
 def read_spectral_picture(path: str | Path) -> SpectralPicture:
-    """Read a picture; what does not fit into the memory that is free is refused before any of it is read.
+    """Read a spectral image; one that does not fit into free memory is refused before reading.
 
-    Values are kept as they are: how many are no numbers, or below 0, is in `notes`.
+    Values are unchanged; `notes` has the numbers of non-finite and negative ones.
 
     Raises
     ------
-    InputError : no such file, not OpenEXR, damaged; no spectral channels, several kinds or layers, a wavelength twice,
-        channels of other sizes; too little memory.
+    InputError : a missing or damaged file, not OpenEXR; no spectral channels, several kinds or layers, a duplicate
+        wavelength, channels of different sizes; too little memory.
     """
     path = Path(path)
     memory = picture_memory(path)
@@ -95,7 +95,7 @@ def read_spectral_picture(path: str | Path) -> SpectralPicture:
 def _read(path: Path, memory: PictureMemory) -> SpectralPicture:
     picture = read_picture(path, max(memory.samples, 1))
     said, channels = picture.attributes, dict(picture.channels)
-    # Or what is taken out of the channels below would stay in it.
+    # Otherwise the channels removed below would stay alive.
     del picture
     plain: dict[float, str] = {}
     pairs: dict[tuple[float, float], str] = {}
@@ -138,7 +138,7 @@ def _read(path: Path, memory: PictureMemory) -> SpectralPicture:
         raise InputError("channels of different sizes", field="channels", found=found, expected="one size", hint=hint)
     planes = np.empty((len(ordered), *shapes.pop()), dtype=np.float32)
     for number, name in enumerate(ordered):
-        # One by one, so that what was read is not there twice.
+        # One by one, so that data are not in memory twice.
         planes[number] = channels.pop(name)
     into = np.concatenate([nm, [one for one, _ in sorted(pairs)]])
     out = np.concatenate([nm, [other for _, other in sorted(pairs)]])
@@ -148,7 +148,7 @@ def _read(path: Path, memory: PictureMemory) -> SpectralPicture:
 
 
 def _known(light: str) -> str | None:
-    """Return the name, where an illuminant is called so."""
+    """Return the name if it is that of an illuminant."""
     try:
         illuminant(light)
     except UnknownNameError:

@@ -1,4 +1,4 @@
-"""Everything that the window shows and that can be changed in it, in one value: a `Session`."""
+"""State of the window as one value: a `Session`."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from .places import Pin, Region
 from .viewpoint import Viewpoint, orbited
 
 Kind = Literal["scene", "materials", "image"]
-#: Arrangement of the two sides; "difference" is the ΔE map.
+#: Comparison mode of the two sides; "difference" is the ΔE map.
 Mode = Literal["A", "B", "wipe", "side by side", "checkerboard", "difference"]
-#: Origin of a side's picture: render forms, the reference, or a file: a baseline, an image.
+#: Origin of a side's image: render forms, the reference, or a file (a baseline or an image).
 Made = Literal["fast", "reference", "file"]
 Interface = Literal["dark", "light"]
 MODES: tuple[Mode, ...] = get_args(Mode)
 FORMULAS: tuple[ImageFormula, ...] = get_args(ImageFormula)
-#: Least size of the checkerboard's cells, in heights of the picture.
+#: Least size of the checkerboard's cells, in image heights.
 LEAST_CELL = 0.005
-# Metadata of fields that are neither kept nor undone: where the pointer is, which key is held.
+# Metadata of transient fields, which are neither saved nor undone: pointer and held key.
 _PASSING = {"passing": True}
 
 
@@ -34,10 +34,11 @@ _PASSING = {"passing": True}
 class Subject:
     """Subject of a session: scene, materials or image.
 
-    kind : a scene, materials on a shape, or an image. path : the scene's or the image's file; of materials, of the
-    scene that they are shown in, None for the shipped one. materials : ids that are gone through on the shown part; ()
-    for all that the catalogue has. shape : one of the generated shapes, or a mesh's file, in place of the shown part's.
-    own_light, luminance : what an image's file does not say: the lamp that it was made in, and cd/m^2 of its white.
+    kind : a scene, materials on a shape, or an image. path : file of the scene or image; for materials, of their scene,
+        None for the shipped one. materials : ids offered for the shown part; () for the whole catalogue.
+    shape : generated shape or mesh file that replaces the shown part's.
+    own_light, luminance : settings missing in an image's file: the lamp in which it was recorded, and cd/m^2 of its
+        white.
     """
 
     kind: Kind = "scene"
@@ -62,7 +63,7 @@ class Subject:
 
 @dataclass(frozen=True)
 class Worn:
-    """A material on a part, in place of the scene's."""
+    """Material that replaces a part's own."""
 
     part: str
     material: str
@@ -74,7 +75,7 @@ class Worn:
 
 @dataclass(frozen=True)
 class Edit:
-    """A parameter of a material's formula (`materials.search.sliders`) at another value than the catalogue has."""
+    """Changed value of a parameter of a material's formula (`materials.search.sliders`)."""
 
     material: str
     parameter: str
@@ -88,10 +89,9 @@ class Edit:
 
 @dataclass(frozen=True)
 class Adaptation:
-    """Chromatic adaptation of the eye to the light: XYZ under its white go to the display's by `method`, to this
-    degree.
+    """Chromatic adaptation from XYZ under the light's white to the display's, by `method` and degree.
 
-    degree : 1 is full adaptation, 0 none; between, D of CIE 159:2004. chosen by a person, or by `degree_of_adaptation`.
+    degree : 1 is full adaptation, 0 none; between, D of CIE 159:2004, chosen by the user or by `degree_of_adaptation`.
     """
 
     method: str = "Bradford"
@@ -103,7 +103,7 @@ class Adaptation:
 
     @property
     def words(self) -> str:
-        """Adaptation in words, for the chain."""
+        """Description of the adaptation, for the chain."""
         if self.degree == 0.0:
             return "no adaptation"
         return f"{self.method}{'' if self.degree == 1.0 else f', incomplete (D = {self.degree:.2f})'}"
@@ -111,11 +111,10 @@ class Adaptation:
 
 @dataclass(frozen=True)
 class Other:
-    """Side B: as side A, but for what is said here.
+    """Side B: overrides of side A.
 
-    material : on the shown part. light, observer : its own. catalogue : the folder of another version of the
-    materials. made : how its picture is made. file : of an image, or of a baseline's or another's picture, where
-    `made` is "file".
+    material : on the shown part. light, observer : its own. catalogue : folder of another version of the materials.
+    made : origin of its image. file : of an image or baseline, if `made` is "file".
     """
 
     material: str | None = None
@@ -141,9 +140,9 @@ class Other:
 class Compare:
     """Comparison mode of A and B.
 
-    position : of the wipe, from the left. cell : of the checkerboard, in heights of the picture. formula : of the ΔE
-    map, whose reference is A. scale : ΔE at the end of its colours. tolerance : where its contour runs, and above
-    which pixels are counted. contour : whether that is drawn.
+    position : of the wipe, from the left. cell : of the checkerboard, in image heights. formula : of the ΔE map, with A
+    as the reference. scale : ΔE at the end of its colours. tolerance : ΔE of the contour, above which pixels are
+    counted. contour : whether it is drawn.
     """
 
     mode: Mode = "A"
@@ -165,10 +164,10 @@ class Compare:
 
 @dataclass(frozen=True)
 class DisplaySettings:
-    """Display settings of the picture.
+    """Display settings.
 
-    config, display, view : of OpenColorIO; None leaves the scene's, or the default. gamut_warning : marks what the
-    display cannot show. proof : another display of the configuration, or `icc:FILE`, whose gamut is shown on this one.
+    config, display, view : of OpenColorIO; None is the scene's, or the default. gamut_warning : mark colours that the
+    display cannot show. proof : display of the configuration, or `icc:FILE`, for soft proofing.
     """
 
     config: str | None = None
@@ -185,27 +184,27 @@ class DisplaySettings:
 
 @dataclass(frozen=True)
 class Session:
-    """All that a window shows.
+    """State of a window.
 
     Parameters
     ----------
-    subject, catalogue : what is looked at, and the folder that materials come from; None is the default one.
-    view : from where. turntable_deg_s : how fast it goes round by itself; 0 stands. samples : along a side of a pixel.
-    part : on which materials are shown; None is the scene's reviewed part. worn : materials on parts. edits : of
+    subject, catalogue : shown subject, and folder of materials; None is the default one.
+    view : viewpoint. turntable_deg_s : speed of automatic rotation; 0 for none. samples : along a side of a pixel.
+    part : shown part, for materials; None is the scene's reviewed part. worn : materials on parts. edits : of
         materials.
-    light, observer : of side A. other : in what side B differs. compare : how they are shown.
-    adaptation, exposure : the latter in stops. surround : L* about the picture. shown : the display.
-    bounces : whether light by way of other surfaces is shown. influence : the part whose light on all others is shown
-        alone; None shows the picture.
-    pins, regions : what is probed. ratings : the reviewer's protocol.
+    light, observer : of side A. other : overrides of side B. compare : comparison mode.
+    adaptation, exposure : the latter in stops. surround : L* around the image. shown : display settings.
+    bounces : whether indirect light is shown. influence : part of which only the light reflected onto others is shown;
+        None shows all light.
+    pins, regions : probed places. ratings : the reviewer's protocol.
     interface : the grey of panels.
-    cursor : shares of the picture's width and height under the pointer. flicked : while the flick's key is held. Both
-        pass: they are neither kept in files nor undone.
+    cursor : pointer position in shares of the image's width and height. flicked : True while the flick key is held.
+        Both are transient: neither saved nor undone.
 
     Raises
     ------
-    InputError, UnknownNameError : a value out of range, by field; two pins or regions of one name; a part or a
-        parameter that is changed twice.
+    InputError, UnknownNameError : a value out of range, by field; duplicate names of pins or regions; a part or
+        parameter changed twice.
     """
 
     subject: Subject = field(default_factory=Subject)
@@ -254,24 +253,24 @@ class Session:
 
     @property
     def settled(self) -> Session:
-        """Without what passes."""
+        """Return the session without transient values."""
         return replace(self, **{name: getattr(_STILL, name) for name in PASSING})
 
     def with_passing_of(self, now: Session) -> Session:
-        """This with the pointer and keys of another: what is undone is not where the hand is."""
+        """Return this session with the transient values of another, which undo does not affect."""
         return replace(self, **{name: getattr(now, name) for name in PASSING})
 
     @property
     def seen(self) -> Mode:
-        """Return the comparison as it is shown this moment: a held flick shows the other side, of A and of B, and B of
-        all else.
+        """Return the current comparison mode: a held flick shows the other side for A and B, and B for all other
+        modes.
         """
         if not self.flicked:
             return self.compare.mode
         return "A" if self.compare.mode == "B" else "B"
 
     def material_of(self, part: str) -> str | None:
-        """Return the id that is chosen for a part of side A; None where it is the scene's own."""
+        """Return the material id chosen for a part of side A; None is the scene's own."""
         return next((one.material for one in self.worn if one.part == part), None)
 
     def wearing(self, part: str, material: str) -> Session:
@@ -280,12 +279,12 @@ class Session:
         return replace(self, worn=(*rest, Worn(part, material)))
 
     def edited(self, material: str, parameter: str, value: float | None) -> Session:
-        """Set a parameter of a material to a value; None takes it back."""
+        """Set a parameter of a material; None resets it."""
         rest = tuple(one for one in self.edits if (one.material, one.parameter) != (material, parameter))
         return replace(self, edits=rest if value is None else (*rest, Edit(material, parameter, float(value))))
 
     def rated(self, rating: Rating) -> Session:
-        """Add a rating, in place of an earlier one of the same."""
+        """Add a rating, replacing an earlier one of the same."""
         rest = tuple(one for one in self.ratings if one.key != rating.key)
         return replace(self, ratings=(*rest, rating))
 
@@ -300,19 +299,19 @@ PASSING = tuple(one.name for one in fields(Session) if one.metadata.get("passing
 _STILL = Session()
 
 
-#: Seconds that one step may stand for: after a pause it does not leap.
+#: Largest time step, seconds, to avoid jumps after a pause.
 LONGEST_S = 0.25
 
 
 def turned_on(session: Session, seconds: float) -> Session:
-    """Return the session so much later, as its turntable has it."""
+    """Advance the turntable of a session by a time step."""
     if not session.turntable_deg_s or session.subject.kind == "image":
         return session
     degrees = session.turntable_deg_s * min(seconds, LONGEST_S)
     return replace(session, view=orbited(session.view, degrees))
 
 
-#: Sessions in files: TOML, written whole, read with every mistake named by its place.
+#: Session files: TOML, written atomically, read with errors by key.
 SESSION_FILE = RecordFile(
     Session, "metamer_session", 1, "session of the window", "the window: Ctrl+S, or `save` among its commands"
 )

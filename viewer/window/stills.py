@@ -1,4 +1,4 @@
-"""Pictures that are read and not drawn: an XYZ picture's file, or the row of a baseline that shows the same."""
+"""Images from files instead of rendering: an XYZ image, or the matching row of a baseline."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from ...runtime.errors import InputError
 
 
 def read_still(path: str | Path, shows: Mapping[str, str]) -> Pixels:
-    """XYZ, coverage and white of a picture.
+    """Read XYZ, coverage and white of an image.
 
     Parameters
     ----------
-    path : an OpenEXR in XYZ; or a baseline's folder, or the `baseline.json` in it.
-    shows : what is on the other side, by the names of a row: "material", "light", "observer", "scene", "view". A
-        baseline's row is taken where each name that both have is the same.
+    path : an OpenEXR in XYZ, a baseline's folder, or the `baseline.json` in it.
+    shows : settings of the other side, by the names of a row: "material", "light", "observer", "scene", "view". A
+        baseline's row matches if all common names are equal.
 
     Raises
     ------
-    InputError : it cannot be read, is no XYZ, says no white; no row of the baseline shows that, or several do.
+    InputError : an unreadable image, without XYZ or white; no matching row of the baseline, or several.
     """
     path = Path(path)
     if path.name == MANIFEST:

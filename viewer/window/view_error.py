@@ -1,7 +1,7 @@
-"""Error of a picture against the reference of the same view: a coarse figure first, then all of it.
+"""Error of an image against the reference of the same view: a coarse estimate first, then over all rows.
 
-Rows are followed in rounds: every sixteenth one, then those half-way between, and so on; each round says what the rows
-so far come to.
+Rows are rendered in rounds: every sixteenth one, then those half-way between, and so on; each round yields the error of
+the rows so far.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from ...lighting.reference.reference import reference_images
 from ...lighting.scene import Scene
 from ...materials.core.surface import Cutout, Surface
 
-#: Rows are this far apart in the first round.
+#: Distance of rows in the first round.
 FIRST_STEP = 16
 
 
 @dataclass(frozen=True, eq=False)
 class AskedView:
-    """A picture that is to be measured.
+    """Image to be measured.
 
     Parameters
     ----------
-    scene : under its lights as they are shown; its `bounces` are a number. camera : that of the picture.
-    catalogue : the folder that materials are loaded from; what is in no file is in `made`, by id.
-    xyz, coverage : (H,W,3) and (H,W) float32, the picture. dimming : that it has been multiplied by.
-    budget : ΔE94 that the reference's noise is kept small beside (`reference_images`).
+    scene : with the shown lights; its `bounces` is a number. camera : of the image.
+    catalogue : folder of materials; those without a file are in `made`, by id.
+    xyz, coverage : (H,W,3) and (H,W) float32, the image. dimming : factor applied to it.
+    budget : error budget, ΔE94, that limits the reference's noise (`reference_images`).
     """
 
     scene: Scene
@@ -49,12 +49,12 @@ class AskedView:
 
 @dataclass(frozen=True, eq=False)
 class ViewError:
-    """ΔE94 of a picture from its reference.
+    """ΔE94 of an image from its reference.
 
-    statistics : over the rows that are done; None where none of them shows anything that is lit. share : of all rows.
-    noise : ΔE94 of the reference by chance, the worst mean of a round; None where nothing is left to chance.
-    at : `time.time()` when it was found. seconds : since it was asked for.
-    xyz : (H,W,3) float32, the reference itself, once it is whole.
+    statistics : over finished rows; None if nothing lit is visible in them. share : of finished rows.
+    noise : of the reference, ΔE94, largest mean of a round; None without sampling.
+    at : `time.time()` of the result. seconds : since the request.
+    xyz : (H,W,3) float32, the complete reference, else None.
     """
 
     statistics: DeltaEStatistics | None
@@ -76,14 +76,14 @@ class ViewError:
 
 
 class Tracers:
-    """The rays of the last meshes: what is asked next has mostly the same. Several threads may ask."""
+    """Thread-safe cache of the last scene's ray tracer."""
 
     def __init__(self) -> None:
-        # One value, so that no thread reads the meshes of one scene and the rays of another.
+        # One value, so that no thread reads the meshes of one scene and the tracer of another.
         self._kept: tuple[tuple[tuple[Mesh, Cutout | None], ...], Tracer] | None = None
 
     def of(self, scene: Scene) -> Tracer:
-        """Return the tracer of a scene; that of the last one is kept."""
+        """Return the ray tracer of a scene; the last one is cached."""
         parts, kept = tuple((part.mesh, part.cutout) for part in scene.parts), self._kept
         if kept is not None and len(parts) == len(kept[0]) and all(
             one is mesh and hole is cutout for (one, hole), (mesh, cutout) in zip(parts, kept[0], strict=True)
@@ -97,13 +97,13 @@ class Tracers:
 def view_errors(
     asked: AskedView, surfaces: Mapping[str, Surface], tracers: Tracers | None = None
 ) -> Iterator[ViewError | None]:
-    """Yield the error of a picture against its reference, round by round, and None after each row, to break off there.
+    """Yield the error of an image against its reference after each round, and None after each row, for cancellation.
 
     surfaces : the original ones by material id, for every id in the scene.
 
     Raises
     ------
-    InputError, UnknownNameError : as of `reference_images`.
+    InputError, UnknownNameError : see `reference_images`.
     """
     begun = time.monotonic()
     scene = asked.scene.cut(surfaces)
@@ -136,7 +136,7 @@ def view_errors(
 
 
 def rounds(height: int) -> Iterator[list[int]]:
-    """Rows in the order in which they are followed: each round halves the distance between those that are done.
+    """Yield the rows of each round; each halves the distance between finished rows.
 
     >>> [len(rows) for rows in rounds(32)]
     [2, 2, 4, 8, 16]

@@ -1,4 +1,4 @@
-"""The measured error of this very view: asked for once it has settled, forgotten as it changes."""
+"""Measured error of the current view, requested once it is still and discarded when it changes."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from .probe_reader import ProbedView
 from .view_error import AskedView, ViewError
 from .worker import Failed, ReferenceWorker
 
-#: Seconds that a view has to stand still before it is measured by itself.
+#: Seconds that a view must be still before it is measured automatically.
 PATIENCE_S = 1.0
 
 
 class Measuring:
-    """Measures side A of a view against its reference, in the worker's process.
+    """Measurement of side A of a view against its reference, in the worker's process.
 
     Attributes
     ----------
-    found : the latest of this view. last : what was found of the view before, until this one has something.
-    problem : why there is none.
+    found : latest result of this view. last : result of the previous view, until this one has one.
+    problem : reason for a missing result.
     """
 
     def __init__(self, worker: ReferenceWorker) -> None:
@@ -33,31 +33,31 @@ class Measuring:
         self.measuring = False
 
     def ask(self, view: ProbedView, asked: AskedView) -> None:
-        """Measure this picture of the view from now on."""
+        """Request the measurement of a view's image."""
         self._of, self.found, self.problem, self.measuring = view, None, None, True
         self._asked = asked
         self._worker.ask(asked)
 
     def is_of(self, view: ProbedView) -> bool:
-        """Return whether this view was asked for."""
+        """Return whether this view was requested."""
         return self._of is view
 
     @property
     def reference(self) -> tuple[Float[np.ndarray, "H W 3"], Float[np.ndarray, "H W"]] | None:
-        """The reference itself with its coverage, once it is whole."""
+        """Complete reference with its coverage, else None."""
         if self.found is None or self.found.xyz is None or self._asked is None:
             return None
         return self.found.xyz, self._asked.coverage
 
     def forget(self) -> None:
-        """The view has changed."""
+        """Discard the measurement after a change of the view."""
         if self._of is not None:
             self._worker.cancel()
         self._of = self._asked = self.found = self.problem = None
         self.measuring = False
 
     def poll(self) -> bool:
-        """Take what came; whether anything did."""
+        """Collect results; return whether there were any."""
         came = self._worker.poll()
         if came is None:
             return False

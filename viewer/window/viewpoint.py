@@ -1,4 +1,4 @@
-"""Viewpoints: orbit, pan, zoom and frame as functions from one viewpoint to the next."""
+"""Viewpoints, with orbit, pan, zoom and frame as functions of them."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ from ...lighting.scene import framing_camera
 from ...lighting.vectors import unit
 from .checks import Vector, check_known, check_positive, check_text, check_vector, check_within
 
-#: The view comes no nearer to straight along `up`, degrees: beyond, nobody could say which way the picture turns.
+#: Least angle between the view and `up`, degrees, where the orientation of the image would be undefined.
 LEAST_POLE_DEG = 0.5
-#: A zoom brings a pin-hole no nearer to its target, and no farther from it, than this, world units.
+#: Limits of the distance to the target when zooming, world units.
 NEAREST, FARTHEST = 1e-6, 1e9
 
 
 @dataclass(frozen=True)
 class Viewpoint:
-    """A camera without its picture's size.
+    """Camera without an image size.
 
     Parameters
     ----------
-    name : of the camera that it began as.
-    position, target, up : world coordinates, as of `Camera`.
+    name : of the original camera.
+    position, target, up : world coordinates, see `Camera`.
     projection : "perspective" or "orthographic".
-    extent : the vertical angle of view in degrees (perspective), or the height of the view in world units.
-    aspect : width over height of the picture that `extent` is of; 0 is any. A narrower picture shows more above and
-        below, so that nothing of it is lost on its sides.
+    extent : vertical angle of view in degrees (perspective), or height of the view in world units.
+    aspect : width over height of the image to which `extent` refers; 0 is any. A narrower image shows more above and
+        below, so that nothing is cropped at its sides.
 
     Raises
     ------
-    InputError, UnknownNameError : what `Camera` refuses, by field.
+    InputError, UnknownNameError : see `Camera`.
     """
 
     name: str = "camera"
@@ -58,7 +58,7 @@ class Viewpoint:
 
     @classmethod
     def of(cls, camera: Camera) -> Viewpoint:
-        """Take the viewpoint of a scene's camera."""
+        """Return the viewpoint of a camera."""
         extent = camera.vertical_fov_deg if camera.projection == "perspective" else camera.height
         assert extent is not None
         position, target, up = (_vector(one) for one in (camera.position, camera.target, camera.up))
@@ -66,7 +66,7 @@ class Viewpoint:
         return cls(camera.name, position, target, up, camera.projection, float(extent), aspect)
 
     def camera(self, width: int, height_px: int, samples: int = 1) -> Camera:
-        """Return the camera that takes a picture of this size."""
+        """Return the camera for an image size."""
         extent = self.extent_of(width / height_px)
         fov, height = (extent, None) if self.projection == "perspective" else (None, extent)
         return Camera(
@@ -74,7 +74,7 @@ class Viewpoint:
         )
 
     def extent_of(self, aspect: float) -> float:
-        """Return the extent of a picture of this width over height: its own, or more where the picture is narrower."""
+        """Return the extent for an image's width over height: its own, or more for a narrower image."""
         more = self.aspect / aspect
         if more <= 1.0:
             return self.extent
@@ -96,13 +96,13 @@ class Viewpoint:
 
 
 def orbited(view: Viewpoint, right_deg: float, up_deg: float = 0.0) -> Viewpoint:
-    """Gone round the target to the right, about `up`, and upwards, which ends short of the pole."""
+    """Orbit the target to the right, about `up`, and upwards, stopping short of the pole."""
     axis = unit(np.array(view.up))
     off = np.subtract(view.position, view.target)
     length = float(np.linalg.norm(off))
     off = _turned(off, axis, right_deg)
     polar = float(np.degrees(np.arccos(np.clip(off @ axis / length, -1.0, 1.0))))
-    # One that stands nearer to the pole already is left there, not thrown off it.
+    # A view already nearer to the pole is not moved away from it.
     low, high = min(polar, LEAST_POLE_DEG), max(polar, 180.0 - LEAST_POLE_DEG)
     wanted = float(np.clip(polar - up_deg, low, high))
     off = _turned(off, unit(np.cross(axis, off)), wanted - polar)
@@ -110,14 +110,14 @@ def orbited(view: Viewpoint, right_deg: float, up_deg: float = 0.0) -> Viewpoint
 
 
 def panned(view: Viewpoint, right: float, up: float) -> Viewpoint:
-    """Moved across the view, in heights of the picture at the target: what is at the target goes the other way."""
+    """Move across the view, in image heights at the target; objects at the target move the other way."""
     sideways, upwards, _ = view.camera(1, 1).axes
     step = view.height_at_target * (right * sideways + up * upwards)
     return replace(view, position=_vector(view.position + step), target=_vector(view.target + step))
 
 
 def zoomed(view: Viewpoint, factor: float) -> Viewpoint:
-    """Magnify what is at the target `factor` times: a pin-hole goes nearer, a parallel view gets narrower."""
+    """Magnify the target by `factor`: a perspective camera moves nearer, a parallel view gets narrower."""
     check_positive(factor, "factor")
     if view.projection == "orthographic":
         return replace(view, extent=float(np.clip(view.extent / factor, NEAREST, FARTHEST)))
@@ -127,16 +127,16 @@ def zoomed(view: Viewpoint, factor: float) -> Viewpoint:
 
 
 def framed(view: Viewpoint, low: Vector, high: Vector, aspect: float = 1.0) -> Viewpoint:
-    """Looking the same way at the middle of the box from `low` to `high`, all of which is seen.
+    """Frame the box from `low` to `high` in the same viewing direction.
 
-    aspect : width over height of the picture.
+    aspect : width over height of the image.
     """
     check_positive(aspect, "aspect")
     middle, half = np.add(low, high) / 2.0, np.maximum(np.subtract(high, low) / 2.0, 1e-9)
     back = view.camera(1, 1).axes
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half @ back.T
     reach = np.abs(corners).max(axis=0)
-    # `framing_camera` frames a box along z: that of the corners in the view's own axes.
+    # `framing_camera` frames a box along z: the bounding box of the corners in view axes.
     extent = {"vertical_fov_deg": view.extent} if view.projection == "perspective" else {}
     size = {"width": max(1, round(1000 * aspect)), "height_px": 1000}
     size = size if size["width"] <= 16384 else {"width": 16384, "height_px": max(1, round(16384 / aspect))}
@@ -147,7 +147,7 @@ def framed(view: Viewpoint, low: Vector, high: Vector, aspect: float = 1.0) -> V
 
 
 def _turned(vector: Float[np.ndarray, "3"], axis: Float[np.ndarray, "3"], degrees: float) -> Float[np.ndarray, "3"]:
-    """Right-handed about a unit axis (Rodrigues)."""
+    """Rotate a vector right-handed about a unit axis (Rodrigues)."""
     cosine, sine = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
     along = (vector @ axis) * axis
     return along + cosine * (vector - along) + sine * np.cross(axis, vector)

@@ -1,4 +1,4 @@
-"""Work between one session and the next: no more than what changed can reach."""
+"""Work needed between one session and the next, limited to the effect of changes."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from .state import Session
 
 
 class Work(IntEnum):
-    """Each includes those below it.
+    """Kinds of work; each includes those before it.
 
-    SHOW : compare, adapt, encode. FOLD : kept terms with other spectra or observers. TERMS : other materials at the
-    same samples. VIEW : another camera. GEOMETRY : other meshes, or lights in other places.
+    SHOW : compare, adapt, encode. FOLD : fold cached terms with other spectra or observers. TERMS : other materials at
+    the same samples. VIEW : another camera. GEOMETRY : other meshes or positions of lights.
     """
 
     NOTHING = 0
@@ -23,7 +23,7 @@ class Work(IntEnum):
     GEOMETRY = 5
 
 
-# Work asked for by a change of each field; whether lights stand elsewhere is asked apart.
+# Work needed for a change of each field; positions of lights are compared separately.
 WORK_OF: dict[str, Work] = {
     "subject": Work.GEOMETRY,
     "catalogue": Work.TERMS,
@@ -53,7 +53,7 @@ WORK_OF: dict[str, Work] = {
 
 
 def work(before: Session | None, after: Session) -> Work:
-    """Return the most that any of what differs asks for; all of it where nothing was before."""
+    """Return the largest work needed by any difference; all of it without a previous session."""
     if before is None:
         return Work.GEOMETRY
     changed = [one.name for one in fields(Session) if getattr(before, one.name) != getattr(after, one.name)]
@@ -62,6 +62,6 @@ def work(before: Session | None, after: Session) -> Work:
 
 
 def _places(session: Session) -> list[tuple]:
-    """List the settings by which the lights of both sides stand where they do."""
+    """Return the settings that determine the positions of both sides' lights."""
     lights = session.light, session.other.light or session.light
     return [(one.booth, one.map, one.rotation_deg) for one in lights]

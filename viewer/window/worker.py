@@ -1,8 +1,8 @@
-"""The reference of what is seen, in a process of its own beside the window: the newest view wins.
+"""Reference rendering of the current view in a separate process; only the newest view is rendered.
 
-The process has the lowest priority but that of idle ones (`nice` 19) and one thread of BLAS, so that the window stays
-smooth. It looks for a newer view after each row, keeps the rays of the last meshes and the surfaces of the last
-catalogue, and compares there, too: nothing of it is done where the window is drawn. Meshes go to it once.
+The process has the lowest non-idle priority (`nice` 19) and one BLAS thread, so that the window stays responsive. It
+checks for a newer view after each row, caches the ray tracer of the last meshes and the surfaces of the last catalogue,
+and computes the comparison too. Meshes are sent to it once.
 """
 
 from __future__ import annotations
@@ -27,25 +27,25 @@ from ...runtime.shutdown import clearing, undisturbed
 from ...runtime.worker_pool import SPAWNING, as_workers_should_start, end_with_the_parent, ending_words
 from .view_error import AskedView, Tracers, ViewError, view_errors
 
-#: Niceness of the process: with 10 a fold in software took a quarter longer beside it, with 19 no longer.
+#: Niceness of the process: with 10 a concurrent fold in software took a quarter longer, with 19 no longer.
 NICE = 19
-# Seconds between two looks at the pipe.
+# Polling interval of the pipe, seconds.
 _LISTENS_S = 0.02
-# Surfaces that the process keeps: of a BTF one may take hundreds of megabytes.
+# Number of surfaces cached by the process; a BTF may take hundreds of megabytes.
 _KEPT_SURFACES = 16
 
 
 @dataclass(frozen=True)
 class Failed:
-    """Why there is no reference, in words; the next view is asked for as usual."""
+    """Reason for a missing reference; the next view is requested as usual."""
 
     words: str
 
 
 class ReferenceWorker:
-    """Asks for references and hears of them, without ever waiting. A context manager.
+    """Non-blocking client of the reference process; a context manager.
 
-    `ask` for a view and `poll` now and then; what is polled is of the view that was asked for last.
+    `ask` for a view and `poll` regularly; results are of the last requested view.
     """
 
     def __init__(self) -> None:
@@ -68,14 +68,14 @@ class ReferenceWorker:
         self.close()
 
     def close(self) -> None:
-        """End the process at once."""
+        """Terminate the process."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
         self._kill()
         if self._talk is not None:
             self._talk.join(timeout=5)
-            # It may just have been started.
+            # It may be starting.
             self._kill()
         self._open.close()
 
@@ -88,7 +88,7 @@ class ReferenceWorker:
         self._want(None)
 
     def poll(self) -> ViewError | Failed | None:
-        """Return the latest that came of the view asked for last, since it was last polled; None where nothing did."""
+        """Return the latest result of the last requested view since the last poll; None without one."""
         with self._changed:
             mine = [what for ticket, what in self._heard if ticket == self._newest]
             self._heard.clear()
@@ -99,13 +99,13 @@ class ReferenceWorker:
             self._newest += 1
             self._wanted = self._newest, view
             if self._talk is None and not self._closed and view is not None:
-                # Large arrays go through a pipe that takes them only as the process reads: not by who draws.
+                # Large arrays block the pipe until the process reads them, so another thread sends them.
                 self._talk = threading.Thread(target=self._talking, daemon=True)
                 self._talk.start()
             self._changed.notify_all()
 
     def _talking(self) -> None:
-        """Sends what is wanted, and hears what comes back, until it is closed."""
+        """Send requests and receive results until closed."""
         while True:
             while self._hears():
                 pass
@@ -119,7 +119,7 @@ class ReferenceWorker:
                 self._send(*wanted)
 
     def _hears(self) -> bool:
-        """Take what has come; True where something has. Nobody who polls waits for a picture on its way."""
+        """Receive results; return whether there were any. `poll` never waits for an image in transit."""
         if self._connection is None:
             return False
         try:
@@ -147,14 +147,14 @@ class ReferenceWorker:
     def _start(self) -> None:
         ours, theirs = SPAWNING.Pipe()
         self._process = SPAWNING.Process(target=_serve, args=(theirs, str(temporary_folder()), NICE), daemon=True)
-        # Half started it would be nobody's, and print that its parent has gone.
+        # A half-started process would be orphaned and print that its parent has gone.
         with undisturbed(), as_workers_should_start():
             self._process.start()
         theirs.close()
         self._known, self._connection = [], ours
 
     def _died(self) -> None:
-        """The process is gone: what was asked has failed, the next view gets a new one."""
+        """Handle the end of the process: the request has failed, and the next view gets a new process."""
         if self._connection is not None:
             self._connection.close()
         self._connection = None
@@ -171,7 +171,7 @@ class ReferenceWorker:
 
 
 class _Packer(pickle.Pickler):
-    """Leaves out the meshes that the other side has: their numbers stand for them."""
+    """Pickler that replaces meshes known to the other side by their numbers."""
 
     def __init__(self, file: io.BytesIO, known: list[Mesh]) -> None:
         super().__init__(file, protocol=pickle.HIGHEST_PROTOCOL)
@@ -185,7 +185,7 @@ class _Packer(pickle.Pickler):
 
 
 class _Unpacker(pickle.Unpickler):
-    """Puts meshes back by their numbers."""
+    """Unpickler that restores meshes by their numbers."""
 
     def __init__(self, file: io.BytesIO, known: list[Mesh]) -> None:
         super().__init__(file)
@@ -197,8 +197,8 @@ class _Unpacker(pickle.Unpickler):
 
 
 def pack_message(message: tuple[int, AskedView | None], known: list[Mesh]) -> bytes:
-    """Return a message with the meshes that the other side lacks, which are added to `known`; when none of its meshes
-    is known, what was known before is forgotten on both sides.
+    """Pack a message with the meshes unknown to the other side, and add these to `known`; if none of its meshes is
+    known, both sides discard the previous ones.
     """
     view = message[1]
     meshes = [] if view is None else [part.mesh for part in view.scene.parts]
@@ -227,7 +227,7 @@ def unpack_message(data: bytes, known: list[Mesh]) -> tuple[int, AskedView | Non
 
 
 def _serve(connection: Connection, temporary: str, nice: int) -> None:
-    """Draw the newest view, row by row, until the pipe or the parent is gone; `nice` lowers its priority."""
+    """Render the newest view, row by row, until the pipe or the parent is gone; `nice` lowers its priority."""
     tempfile.tempdir = temporary
     threading.Thread(target=end_with_the_parent, daemon=True).start()
     if hasattr(os, "nice"):
@@ -254,13 +254,13 @@ def _serve(connection: Connection, temporary: str, nice: int) -> None:
 
 
 class _Surfaces:
-    """Original surfaces of the last catalogue, by id and by what their file is like."""
+    """Cache of original surfaces of the last catalogue, by id and state of the file."""
 
     def __init__(self) -> None:
         self._kept: dict[tuple[str, str, int, int], Surface] = {}
 
     def of(self, view: AskedView) -> dict[str, Surface]:
-        """Collect it for every material of the scene."""
+        """Return the surfaces of all materials of the scene."""
         catalogue = Catalogue(Path(view.catalogue))
         return {name: view.made.get(name) or self._of(catalogue, name) for name in view.scene.material_ids}
 

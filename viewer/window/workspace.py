@@ -1,4 +1,4 @@
-"""Workspace of an open window: its session with all that was done, and what it has to say."""
+"""Workspace of an open window: its session with history, and notices."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from .session_loader import Loaded, subject_of_file
 from .spectral_image import XyzPicture
 from .state import SESSION_FILE, Session, Subject
 
-#: Seconds for which something that went well is said; problems stay until they are dismissed or solved.
+#: Seconds that a message is shown; problems stay until dismissed or solved.
 SAID_S = 6.0
 
 
 @dataclass(frozen=True)
 class Notice:
-    """Something that is said. about : of what; a later notice about the same takes its place. until : None stays."""
+    """Notice to the user. about : its subject; a later notice about the same replaces it. until : None stays."""
 
     words: str
     problem: bool
@@ -34,13 +34,13 @@ class Notice:
 
 
 class Desk:
-    """All changes of a session come here: by commands, by dials, by what a panel makes of a click.
+    """Mediator of all changes of a session, by commands, dials and panels.
 
     Attributes
     ----------
-    history : with the session as it is now. loaded : what is in memory; the session may name something else, which
-    then is being loaded. notices : the last one last. dialog : by the name of the command that opened it, or None.
-    path : of the session's file, once it has one. actions : what the window does for commands that change no session.
+    history : with the current session. loaded : subject in memory; a different one named by the session is being
+    loaded. notices : last one last. dialog : name of the command that opened it, or None.
+    path : of the session's file, or None. actions : of the window, for commands without change of the session.
     """
 
     def __init__(self, loaded: Loaded, session: Session, clock: Callable[[], float] = time.monotonic) -> None:
@@ -59,27 +59,27 @@ class Desk:
 
     @property
     def session(self) -> Session:
-        """Session as it is now."""
+        """Current session."""
         return self.history.now
 
     @property
     def choices(self) -> Choices:
-        """Choices of the session."""
+        """Choices for the session."""
         return self.loaded.choices
 
     @property
     def looked_at(self) -> tuple[Path, ...]:
-        """Files that the session shows, which nothing is written over."""
+        """Files shown by the session, which are never overwritten."""
         other = self.session.other.file
         return (*self.loaded.files, *([] if other is None else [Path(other)]))
 
     def put(self, loaded: Loaded) -> None:
-        """Work on what was loaded."""
+        """Set the loaded subject."""
         self.loaded = loaded
         self.commands: Commands = commands(loaded.choices)
 
     def run(self, command: Command | str) -> None:
-        """Do what a command says, by itself or by its name."""
+        """Run a command, given itself or its name."""
         command = self.commands[command] if isinstance(command, str) else command
         if command.change is not None:
             self.do(command.change, command.words)
@@ -90,14 +90,14 @@ class Desk:
             self.dialog = command.name
 
     def hold(self, command: Command, down: bool) -> None:
-        """A key that acts while it is held is pressed or released; nobody undoes that."""
+        """Press or release a key that acts while held; not undoable."""
         if self.session.flicked != down:
             self.history = self.history.passed(command(self.session))
 
     def do(self, change: Change, words: str, stroke: str | None = None) -> bool:
-        """Change the session; a change that is refused is said, and nothing changes. Whether it was done.
+        """Change the session; a refused change gives a notice. Return whether it was done.
 
-        stroke : names a drag, all of which is one step to undo.
+        stroke : name of a drag, which is one undo step.
         """
         try:
             after = change(self.session)
@@ -108,32 +108,32 @@ class Desk:
         return True
 
     def turn(self, dial: Dial, value: float) -> None:
-        """A slider is dragged."""
+        """Set the value of a dial while dragging."""
         self.do(lambda session: dial.at(session, value), dial.words, stroke=dial.name)
 
     def pass_to(self, session: Session) -> None:
-        """Apply a change that nobody undoes: the pointer has moved, the turntable gone on."""
+        """Apply a change that is not undoable, as of pointer or turntable."""
         self.history = self.history.passed(session)
 
     def release(self) -> None:
-        """The mouse was let go: the next drag is a step of its own."""
+        """End a drag, so that the next one is a separate step."""
         if self.history.stroke is not None:
             self.history = self.history.released()
 
     def undo(self) -> None:
-        """Take the last step back, and say which."""
+        """Undo the last step, with a notice."""
         words = self.history.undo_words
         self.history = self.history.undo()
         self.tell(f"Undone: {words}" if words else "Nothing to undo", about="undo")
 
     def redo(self) -> None:
-        """Do again what was undone."""
+        """Redo the last undone step."""
         words = self.history.redo_words
         self.history = self.history.redo()
         self.tell(f"Done again: {words}" if words else "Nothing to do again", about="undo")
 
     def open(self, path: str) -> None:
-        """Look at a file: a scene, an image, or a session that was saved. To undo it is to go back."""
+        """Open a file: a scene, an image, or a saved session; undoable."""
         try:
             found = subject_of_file(path)
         except MetamerError as reason:
@@ -147,13 +147,13 @@ class Desk:
             self.look_at(found, Path(path).name)
 
     def look_at(self, subject: Subject, called: str) -> None:
-        """Another subject; where the camera stands in it is known once it is loaded."""
+        """Switch to another subject, whose camera is known once it is loaded."""
         self.do(lambda session: Session(subject=subject, catalogue=session.catalogue,
                                         interface=session.interface, ratings=session.ratings),
                 f"Open {called}")  # fmt: skip
 
     def arrived(self, loaded: Loaded) -> None:
-        """Take what has been loaded for the session: a session that says no more than that begins as the scene does."""
+        """Set the subject loaded for the session; a session without other settings starts with those of the scene."""
         self.put(loaded)
         now = self.session.settled
         bare = Session(subject=now.subject, catalogue=now.catalogue, interface=now.interface, ratings=now.ratings)
@@ -162,21 +162,21 @@ class Desk:
             self.history = replace(self.history, now=session.with_passing_of(self.session))
 
     def save(self) -> None:
-        """Write the session to its file; where it has none, that is asked for."""
+        """Save the session to its file; without one, open the dialog."""
         if self.path is None:
             self.dialog = "save.as"
         else:
             self.save_as(self.path)
 
     def save_as(self, file: Path) -> bool:
-        """Write the session; whether it was written."""
+        """Save the session; return whether it was written."""
         done = self.attempt(lambda: SESSION_FILE.write(file, self.session), "save", f"Saved: {file}")
         if done:
             self.path = file
         return done
 
     def attempt(self, work: Callable[[], object], about: str, said: str) -> bool:
-        """Do something with files; say `said`, or why it was not done. Whether it was."""
+        """Perform work with files; give the notice `said`, or the reason of failure. Return whether it succeeded."""
         try:
             work()
         except (MetamerError, OSError) as reason:
@@ -186,25 +186,25 @@ class Desk:
         return True
 
     def tell(self, words: str, problem: bool = False, about: str = "") -> None:
-        """Say something; problems stay."""
+        """Add a notice; problems stay."""
         self.forget(about)
         until = None if problem else self._clock() + SAID_S
         self.notices = (*self.notices, Notice(words, problem, about, until))
 
     def forget(self, about: str) -> None:
-        """Drop what was said about something."""
+        """Remove notices about a subject."""
         self.notices = tuple(one for one in self.notices if one.about != about)
 
     def said(self, held: bool = False) -> tuple[Notice, ...]:
-        """Messages to be read now; while they are held, none goes because its time is up."""
+        """Return the current notices; while they are held, none expires."""
         now = self._clock()
         self.notices = tuple(one for one in self.notices if held or one.until is None or now < one.until)
         return self.notices
 
 
 def begun(loaded: Loaded, **settings: Any) -> Session:
-    """Return the session that a window begins with: as the scene says; an image in its own light, reflectances in D65,
-    and pictures in XYZ for their observer.
+    """Return a window's initial session: as the scene states; an image in its own light, reflectances in D65, and
+    images in XYZ for their observer.
     """
     subject, catalogue = loaded.subject, loaded.catalogue_name
     if loaded.scene is not None:
