@@ -1,4 +1,4 @@
-"""Pictures: drawing, display, reviews and the window; the only package that imports OpenGL and OpenColorIO.
+"""Rendering, display, reviews and the window; the only package that imports OpenGL and OpenColorIO.
 
-Begin with `api.py`, which scripts call, and `picture.py`, a scene from one camera; `render/` holds the session behind.
+Begin with `api.py`, the functions for scripts, and `picture.py`, an image of a scene; `render/` has render sessions.
 """

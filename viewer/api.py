@@ -1,4 +1,4 @@
-"""Functions for scripts: `metamer render` and `metamer review`, with the same words, for objects in place of files."""
+"""Functions for scripts: `metamer render` and `metamer review`, with the same options, for objects or files."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def render(
     renderer: RendererName | RenderSession = "auto",
     progress: Progress | None = None,
 ) -> Picture:
-    """One picture of a scene: `xyz` (H,W,3), `white` (3,), `coverage` (H,W); `write` makes a file of it.
+    """Render an image of a scene: `xyz` (H,W,3), `white` (3,), `coverage` (H,W); its `write` saves it.
 
     Python's warnings tell why a picture may show nothing.
 
@@ -57,22 +57,23 @@ def render(
     camera : its name in the scene; default: the first.
     illuminant : in place of every light's own spectrum: its name, a file of a measured lamp (FILE or
         FILE#ENTRY), or an emission as of `Spectrum.of`.
-    display : what the picture is encoded for, in place of the scene's: a display of its OpenColorIO configuration,
-        `icc:FILE` or `icc:screen`.
-    reference : the slow truth (rays, every wavelength, the original data) in place of the fast picture.
-    bounces : surfaces that light may come by beside the one that is seen, or "auto": as many as can be seen; default:
-        what the scene says (`Scene.bounces`), which is none where it says nothing.
-    noise : of a reference: ΔE94 that what is drawn (lights that spread, and bounces) may leave on average; default 0.1.
-    filtering : "mipmapped" averages highlights that are smaller than a sample; default: "linear".
-    renderer : by name: one is kept for the next picture, so that another light or observer of the same scene costs a
-        fold (`close_renderers` frees it); or a session of your own (`create_session` of `metamer.viewer.gl.backend`),
-        which keeps `filtering` and `progress`, too.
-    progress : called with (done, total, what) while a long picture is drawn.
+    display : target display instead of the scene's: a display of its OpenColorIO configuration, `icc:FILE` or
+        `icc:screen`.
+    reference : use the reference renderer (ray tracing, every wavelength, the original data) instead of fast forms.
+    bounces : largest number of surfaces on a light path besides the visible one, or "auto": as many as are visible;
+        default: `Scene.bounces`, which is 0 unless the scene states it.
+    noise : of a reference: mean sampling noise, ΔE94, of area and environment lights and bounces; default 0.1.
+    filtering : "mipmapped" averages highlights smaller than a sample; default: "linear".
+    renderer : a name, whose session is cached for the next image, so that another light or observer of the same scene
+        costs only a fold (`close_renderers` frees it); or your own session (`create_session` of
+        `metamer.viewer.gl.backend`), which keeps `filtering` and `progress`, too.
+    progress : called with (done, total, what) during long renderings.
 
     Raises
     ------
-    InputError, UnknownNameError : no such camera, light or material; a material without a surface; not enough memory.
-    UsageError : `filtering` of a reference, which has no factors; `noise` of anything else.
+    InputError, UnknownNameError : an unknown camera, light or material; a material without a surface; not enough
+        memory.
+    UsageError : `filtering` with `reference`, which has no factors; `noise` without it.
     """
     if reference and filtering not in (None, "linear"):
         raise UsageError("filtering and reference: the reference has no factors to filter, leave one out")
@@ -126,30 +127,29 @@ def review(
 ) -> ReviewResult:
     """Render materials under several lights, compare with the reference, and write the report into the folder `out`.
 
-    `status` of what comes back is "pass", "near" or "over", `rows` have the figures, `page` is the report. Rows that
-    are in `out` already, from the very same things, are not drawn again. Python's warnings tell why a picture may show
-    nothing.
+    The result's `status` is "pass", "near" or "over", `rows` has the figures, `page` is the report. Rows in `out` from
+    identical inputs are not drawn again. Python warnings explain images that may show nothing.
 
     Parameters
     ----------
     scene : or the path of its file. catalogue : where the materials are, or its folder; default: `Catalogue.open()`.
-    illuminants : names, one or several; default: those of the scene's review, or of its lights.
-    materials : ids or patterns, one or several, to sweep over the review's part, or the first; default: those of the
-        scene's review.
+    illuminants : one name or several; default: those of the scene's review, or of its lights.
+    materials : one or several ids or patterns, swept over the review's part or the first; default: those of the scene's
+        review.
     budget : ΔE94 that the 99th percentile of each row is held against.
     camera : its name in the scene; default: the first. display : as of `render`.
-    size, reference_size : pixels on the longer side of pictures (default: as the camera has it), and of references,
-        figures and maps (default: as large as the pictures).
+    size, reference_size : pixels on the longer side of images (default: the camera's), and of references, figures and
+        maps (default: as large as the images).
     renderer : as of `render`.
-    jobs : processes that compute references; default: one a core.
-    scheduler : address of a Dask scheduler, whose workers draw instead; needs the extra `cluster`.
-    again : draw every row, also those that are there.
-    protocol : a reviewer's protocol, as the window writes it; the report repeats it.
-    progress : called with (rows done, rows in all, material).
+    jobs : processes for references; default: one per core.
+    scheduler : address of a Dask scheduler whose workers draw instead; needs the extra `cluster`.
+    again : draw every row, also existing ones.
+    protocol : a reviewer's protocol from the window, for the report.
+    progress : called with (rows done, number of rows, material).
 
     Raises
     ------
-    InputError, UnknownNameError : the camera sees nothing to judge; a file or a name that cannot be used.
+    InputError, UnknownNameError : a camera that sees nothing to judge; an unusable file or name.
     """
     from .review.cases import review_views, reviewed_lights_of
     from .review.review import review as review_into
@@ -158,7 +158,7 @@ def review(
     materials = (materials,) if isinstance(materials, str) else materials
     catalogue = _opened(catalogue)
     scene = shown_on(_read(scene, catalogue, bool(materials)), display)
-    # Read first: a review takes minutes.
+    # Read first, since a review takes minutes.
     ratings = () if protocol is None else read_protocol(protocol)
     jobs = jobs or usable_cores()
     view, _ = review_views(scene, camera, size, reference_size)
@@ -212,11 +212,11 @@ def _read(scene: Scene | str | Path, catalogue: Catalogue, swept: bool = False) 
 
 
 def renderer_named(name: str) -> tuple[RenderSession, NoGL | None]:
-    """Return a renderer, and why "auto" gives none with OpenGL where it does not.
+    """Return a renderer, and for "auto" the reason if it is not OpenGL.
 
     Raises
     ------
-    UnknownNameError : another name. NoGL : "gl" where there is no driver.
+    UnknownNameError : an unknown name. NoGL : "gl" without a driver.
     """
     if name not in get_args(RendererName):
         raise UnknownNameError("renderer", name, get_args(RendererName))
@@ -226,14 +226,16 @@ def renderer_named(name: str) -> tuple[RenderSession, NoGL | None]:
 
 
 class _KeptSessions(threading.local):
-    """Sessions of `render` on one thread, where GL contexts stay, by renderer and by whether OpenGL is refused."""
+    """Cached sessions of `render` on one thread, since GL contexts are bound to threads, by renderer and whether OpenGL
+    is disabled.
+    """
 
     def __init__(self) -> None:
         self._sessions: dict[tuple[str, str | None], RenderSession] = {}
 
     @contextmanager
     def of(self, name: str) -> Iterator[RenderSession]:
-        """The session of a renderer, which stays open unless drawing fails."""
+        """Yield the session of a renderer, which stays open unless drawing fails."""
         key = name, os.environ.get(DISABLE_VARIABLE)
         session = self._sessions.pop(key, None) or renderer_named(name)[0]
         try:
@@ -241,13 +243,13 @@ class _KeptSessions(threading.local):
         except BaseException:
             session.close()
             raise
-        # Another was made where progress has asked for a picture of its own.
+        # A progress callback may have rendered and created another one.
         if (other := self._sessions.pop(key, None)) is not None:
             other.close()
         self._sessions[key] = session
 
     def close(self) -> None:
-        """Close all of them."""
+        """Close all sessions."""
         while self._sessions:
             self._sessions.popitem()[1].close()
 
@@ -257,13 +259,13 @@ atexit.register(_kept.close)
 
 
 def close_renderers() -> None:
-    """Free what `render` keeps for the next picture of the same scene; of this thread."""
+    """Free the sessions that `render` has cached on this thread."""
     _kept.close()
 
 
 @contextmanager
 def _ready(renderer: str | RenderSession) -> Iterator[RenderSession]:
-    """The renderer named, for as long as it is needed; or the one given, which stays open."""
+    """Yield the renderer of a name, closed afterwards, or the given one, which stays open."""
     if not isinstance(renderer, str):
         yield renderer
         return

@@ -1,4 +1,4 @@
-"""A catalogue as one side of a comparison: the original data and the fast form of each material on the sphere."""
+"""Catalogue as one side of a comparison: original data and fast form of each material on a sphere."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ def is_catalogue(path: Path) -> bool:
 
 
 def catalogue_side(folder: Path, seen: SeenSpectra) -> ComparedSide:
-    """Return every surface and reflectance of a catalogue under each light.
+    """Collect every surface and reflectance of a catalogue under each light.
 
     Raises
     ------
-    InputError : a file that is damaged.
+    InputError : a damaged file.
     """
     catalogue = Catalogue.open(folder)
     eye = observer(seen.observer).name
@@ -72,10 +72,10 @@ def _sphere(path: Path, seen: SeenSpectra, index: int, kind: LayerKind) -> Pixel
     return Pixels(xyz[None].copy(), np.ones((1, len(xyz))), white, FLOAT32_ROUNDOFF)
 
 
-# Both sides of the material that is being compared, and one that is about to be.
+# Both sides of the current material, and the next one.
 @lru_cache(maxsize=3)
 def _shown(path: Path, changed: int, seen: SeenSpectra) -> _Shown:
-    """`changed`: when the file was; another file of that name is another material."""
+    """Compute both images of a material. `changed` : modification time of the file, as part of the cache key."""
     del changed
     record = read_record(path)
     sphere = sphere_protocol(_PIXELS, False)

@@ -1,4 +1,4 @@
-"""Samples against their standard, as a script or a command asks for it."""
+"""Comparison of samples with their standard, for scripts and commands."""
 
 from __future__ import annotations
 
@@ -57,28 +57,27 @@ def match(
     signed: Mapping[str, str] | None = None,
     progress: Callable[[int, int, str], None] = lambda done, total, what: None,
 ) -> MatchReport:
-    """Hold samples beside their standard under every illuminant and for every observer.
+    """Compare samples with their standard under every illuminant and for every observer.
 
     Parameters
     ----------
-    standard, samples : what `samples_of` names, a `Sample`, a `Material`, a `Spectrum` of reflectance or what another
-        library holds as one (`foreign_spectra.KINDS`); of samples one, a list of any number, or {name: spectrum}.
-    tolerance : such as "CMC 2:1 1.0"; None: nothing is judged.
-    formulas : that ΔE is told by, after that of the tolerance; None: `FORMULAS`, and at angles `AT_ANGLES`, too.
-    illuminants, observers : one or several. None: D65, A and TL84, 10 degrees; where colours without spectra are among
-        them, what these are stated for. Observers are names. An illuminant is a name, a file of a measured lamp (with
-        "#ENTRY" where it holds several), a `Spectrum` of emission or what another library holds as one; {name: lamp}
-        says what pages call them.
-    repeatability : ΔE*ab that readings of the instrument scatter by. repeated : a file of readings that tells it.
+    standard, samples : a name for `samples_of`, a `Sample`, a `Material`, a `Spectrum` of reflectance or another
+        library's (`foreign_spectra.KINDS`); for samples one, a list, or {name: spectrum}.
+    tolerance : such as "CMC 2:1 1.0"; None for no judgement.
+    formulas : of reported ΔE, besides that of the tolerance; None: `FORMULAS`, and at angles `AT_ANGLES`, too.
+    illuminants, observers : one or several. None: D65, A and TL84, 10 degrees; for colours without spectra, their own
+        conditions. Observers are names. An illuminant is a name, a file of a measured lamp (with "#ENTRY" if it has
+        several), a `Spectrum` of emission or another library's; {name: lamp} sets names for pages.
+    repeatability : ΔE*ab of the instrument. repeated : a file of repeated readings to derive it from.
     whites : whiteness and yellowness of each, by name: "CIE 2004", "ASTM E313", "ASTM E313-73", "yellowness".
-    catalogue : where ids are looked up; None: the default one.
-    answer : what files do not say. across : "geometry", "condition": what is compared although it was not measured
-        alike, which the page says. angles : of what was read at several, those to judge, as aspecular angles such as
-        "15" or notations; all that the sides share. signed : by `page.SIGNED`, what stands on the page beforehand.
+    catalogue : for ids; None: the default one.
+    answer : information missing in files. across : "geometry", "condition": differences of measurement that are
+        allowed, with a note on the page. angles : to judge among several, as aspecular angles such as "15" or
+        notations; default: all common ones. signed : page fields filled in beforehand, by `page.SIGNED`.
 
     Raises
     ------
-    ComparisonError : nothing can be compared. InputError : a file cannot be used. UsageError : the standard is several.
+    ComparisonError : nothing to compare. InputError : an unusable file. UsageError : several standards.
     """
 
     @cache
@@ -114,7 +113,7 @@ def match(
         progress(done, len(asked_for), told or name)
         held = named(one, name)
         others = [sample for sample in held if not _is_same(sample, first)]
-        # One that is named alone is refused as its own standard.
+        # A single sample equal to the standard is refused.
         where = told or (name if by_name else "The table of samples")
         taken_out += [where] if 0 < len(others) < len(held) else []
         kept = others or held
@@ -149,13 +148,13 @@ def match(
 
 
 def _numbered(samples: Any) -> list[tuple[str, Any]]:
-    """Return one sample or several, each with the name of one that has none."""
+    """Return samples as a list, each with a name for unnamed ones."""
     several = [samples] if _is_sample(samples) else samples
     return [(f"sample {number}", one) for number, one in enumerate(several, 1)]
 
 
 def _is_named(samples: Any) -> bool:
-    """Return whether these are samples by their names, and not the values of one at wavelengths."""
+    """Return whether a mapping has samples by name, not values by wavelength."""
     if not isinstance(samples, Mapping):
         return False
     return any(map(_is_sample, samples.values())) or foreign_curves(samples) is None
@@ -166,7 +165,7 @@ def _is_sample(value: Any) -> bool:
 
 
 def _names(value: Any, field: str) -> tuple[str, ...] | None:
-    """Names of an argument, one or several; None where nothing is given."""
+    """Return the one or several names of an argument; None if not given."""
     if value is None:
         return None
     names = (value,) if isinstance(value, str) or not isinstance(value, Iterable) else tuple(value)
@@ -177,7 +176,7 @@ def _names(value: Any, field: str) -> tuple[str, ...] | None:
 
 
 def _lights(value: Any) -> tuple[tuple[str, ...] | None, tuple[str, ...]]:
-    """Return names of lights, one or several, measured lamps among them; and what is assumed of these."""
+    """Return the names of lights, including measured lamps, and notes on assumptions about these."""
     if value is None:
         return None, ()
     if isinstance(value, str | Path | Spectrum) or foreign_curves(value) is not None:
@@ -215,7 +214,9 @@ def _no_light(value: Any) -> InputError:
 
 
 def _is_same(one: Sample, other: Sample) -> bool:
-    """Return whether two samples are one of one file, however its path is written, or one spectrum of a script."""
+    """Return whether two samples are the same entry of a file, for any spelling of its path, or the same spectrum
+    object.
+    """
     if one.name != other.name:
         return False
     if any(Path(each.source).exists() for each in (one, other)):
@@ -245,7 +246,7 @@ def _conditions(
 ) -> tuple[Conditions, ...]:
     flat = next((one for one in sides if not one.spectral), None)
     if flat is not None:
-        # A colour alone is judged under the conditions it is stated for, unless others are asked for.
+        # A colour without spectrum is judged under its stated conditions, unless others are given.
         said = [one for one in flat.stated if one.illuminant and one.observer]
         illuminants = illuminants or list(dict.fromkeys(one.illuminant for one in said if one.illuminant))
         observers = observers or list(dict.fromkeys(one.observer for one in said if one.observer))

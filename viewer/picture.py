@@ -1,4 +1,4 @@
-"""One picture of a scene, from catalogue to file."""
+"""Rendering of one image of a scene, from catalogue to file."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ from .render.session import RenderSession, radiance_weights
 #: Average ΔE94 of noise allowed in a reference picture by default.
 REFERENCE_NOISE = 0.1
 REFERENCE = "reference: rays, every wavelength, the original data"
-#: ΔE94 of the diffuser from which on it is said that a light is coarser in a spectral picture than it was measured.
+#: ΔE94 of the diffuser above which a note says that a light is undersampled in a spectral image.
 SAID_FROM = 0.05
-#: Takes a line that says why a picture shows nothing.
+#: Callback for a message on why an image shows nothing.
 Warn = Callable[[str], None]
-# With fewer pixels than this that are not black, a picture is looked into.
+# Number of non-black pixels below which an image is diagnosed.
 _FEW = 0.01
 
 
@@ -57,14 +57,14 @@ def unheard(_line: str) -> None:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Picture:
-    """A scene as a camera of it sees it.
+    """Image of a scene from one camera.
 
     Parameters
     ----------
-    scene, view : what is seen, under the lights that it was rendered in, and from where.
-    xyz : (H,W,3) linear XYZ, row 0 at the top; Y = 1 is the perfect diffuser that receives the reference illuminance.
-    coverage : (H,W) share of each pixel that shows a surface, 0 to 1.
-    made_by : the renderer, in words.
+    scene, view : the scene with the lights of the rendering, and the camera.
+    xyz : (H,W,3) linear XYZ, row 0 at the top; Y = 1 is a perfect diffuser under the reference illuminance.
+    coverage : (H,W) share of each pixel covered by surfaces, 0 to 1.
+    made_by : description of the renderer.
     """
 
     scene: Scene
@@ -78,7 +78,9 @@ class Picture:
 
     @cached_property
     def white(self) -> Float[np.ndarray, "3"]:
-        """XYZ of the perfect diffuser in the mixture of the scene's lights, Y = 1; Lab and displays refer to it."""
+        """XYZ of the perfect diffuser under the mixture of the scene's lights, Y = 1, the white for Lab and
+        displays.
+        """
         return self.scene.adopted_white()
 
     def lab(self) -> Float[np.ndarray, "H W 3"]:
@@ -86,17 +88,18 @@ class Picture:
         return lab_from_xyz(self.xyz, self.white)
 
     def display_xyz(self) -> Float[np.ndarray, "H W 3"]:
-        """Return the picture over its background as XYZ under the display's white (D65), as displays are sent it."""
+        """Return the image over its background as XYZ under the display's white (D65)."""
         display = display_for(self.scene)
         whole = composite(self.xyz, self.coverage, _background(self.scene))
         return whole @ display.adaptation_from(self.white).T
 
     def difference(self, reference: Picture, method: FormulaName = "CIE 1994") -> DeltaEStatistics:
-        """Compute the statistics of ΔE from a reference of the same view, over the pixels that both show wholly.
+        """Compute the statistics of ΔE from a reference of the same view, over the pixels that are fully covered in
+        both.
 
         Raises
         ------
-        ComparisonError : the two are one, differ in size, or are lit by lights of unlike whites.
+        ComparisonError : identical images, different sizes, or lights with different whites.
         InputError : no pixel is left to compare.
         """
         if not np.array_equal(self.white, reference.white):
@@ -105,15 +108,15 @@ class Picture:
         return delta_e_statistics(delta_e_map(reference.xyz, self.xyz, self.white, seen, method))
 
     def rgb(self) -> UInt8[np.ndarray, "H W 3"]:
-        """Return the picture over its background as codes of the scene's display."""
+        """Return the image over its background as codes of the scene's display."""
         return quantise(_encoded(self.scene, self.xyz, self.coverage, display_for(self.scene), None)[0])
 
     def _repr_png_(self) -> bytes:
-        """Encode the picture for its display, for a notebook."""
+        """Encode the image as PNG for a notebook."""
         return png_bytes(self.rgb(), colour_chunks(display_for(self.scene))[0])
 
     def plot(self, axes: Any = None) -> Any:
-        """Show the picture with matplotlib; returns the axes.
+        """Show the image with matplotlib; returns the axes.
 
         Raises
         ------
@@ -132,15 +135,15 @@ class Picture:
         bits: int = 8,
         space: Literal["xyz"] | SpaceName = "xyz",
     ) -> tuple[str, ...]:
-        """Write .exr (linear, and coverage) or .png (display-encoded); returns what has to be said of it.
+        """Write .exr (linear, with coverage) or .png (display-encoded); returns notes.
 
-        warn : called where the display clips all of the picture.
-        renderer : encodes for the display, where it has a GPU; without, OpenColorIO does it on the CPU.
+        warn : called if the display clips the whole image.
+        renderer : encodes for the display if it has a GPU; otherwise OpenColorIO does so on the CPU.
         bits : of a PNG's channels, 8 or 16. space : of an OpenEXR's: XYZ as computed, or adapted and linear RGB.
 
         Raises
         ------
-        UsageError : `output` is named like neither of the two.
+        UsageError : `output` with another suffix.
         """
         output = Path(output)
         check_output(output)
@@ -163,9 +166,9 @@ class Picture:
 
 
 def lit_by(scene: Scene, light: object) -> Scene:
-    """Return the scene under a light, which a note of it says last; None: as it is.
+    """Return the scene under a light, with a note on it; None: unchanged.
 
-    light : as of `illuminants.as_light`, or a file of a measured lamp as of `lamps.lamp_of_file`.
+    light : see `illuminants.as_light`, or a file of a measured lamp, see `lamps.lamp_of_file`.
     """
     if light is None:
         return scene
@@ -174,15 +177,15 @@ def lit_by(scene: Scene, light: object) -> Scene:
         name = light if isinstance(light, str) else str(getattr(light, "name", "") or "a given spectrum")
         lamp = as_light(light), name, ()
     spectrum, name, notes = lamp
-    # Notes on the lights' own spectra do not apply any more.
+    # Notes on the lights' own spectra no longer apply.
     replaced = f"lit by {name} in place of the spectra that the scene gives its lights"
     lit = scene.with_illuminant(spectrum, name)
     return replace(lit, notes=(*lit.notes, *notes, replaced))
 
 
 def shown_on(scene: Scene, display: str | None) -> Scene:
-    """Return the scene for another display of its configuration by its colorimetric view, or for the display of an ICC
-    profile (`icc:FILE`); None: as it is.
+    """Return the scene for another display of its configuration in the colorimetric view, or for an ICC profile
+    (`icc:FILE`); None: unchanged.
     """
     if display is None:
         return scene
@@ -191,7 +194,7 @@ def shown_on(scene: Scene, display: str | None) -> Scene:
 
 
 def picture_words(scene: Scene, view: Camera, made_by: str, metamer: str) -> dict[str, str]:
-    """Make the header of a picture by name: who made it, of what, in which light."""
+    """Return the header fields of an image: renderer, scene and light."""
     lights = dict.fromkeys(light.spectrum_name or light.name for light in scene.lights)
     return {
         "scene": scene.name,
@@ -205,7 +208,7 @@ def picture_words(scene: Scene, view: Camera, made_by: str, metamer: str) -> dic
 
 
 def check_output(output: Path, spectral: bool = False) -> None:
-    """Raise `UsageError` where a picture cannot be written under that name."""
+    """Raise `UsageError` for a file name that cannot be written."""
     kinds = (".exr",) if spectral else (".exr", ".png")
     if output.suffix.lower() not in kinds:
         what = "spectra are" if spectral else "pictures are"
@@ -213,9 +216,7 @@ def check_output(output: Path, spectral: bool = False) -> None:
 
 
 def display_for(scene: Scene) -> DisplayTransform:
-    """Return the display transform that a scene asks for, aimed for its observer; what it leaves open keeps its
-    default.
-    """
+    """Return the display transform of a scene, aimed for its observer, with defaults for open settings."""
     viewing = scene.viewing
     chosen: dict[str, Any] = {
         "observer": observer_name(scene.observer.name),
@@ -228,7 +229,7 @@ def display_for(scene: Scene) -> DisplayTransform:
 
 
 def display_pass(renderer: RenderSession, display: DisplayTransform) -> DisplayPass | None:
-    """OCIO's own GLSL on the renderer's GPU; None (OCIO on the CPU) where the renderer has no GL."""
+    """Return OCIO's GLSL pass on the renderer's GPU; None (OCIO on the CPU) for a renderer without GL."""
     backend = renderer.backend
     return DisplayPass(backend.context, display) if isinstance(backend, GLBackend) else None
 
@@ -236,9 +237,9 @@ def display_pass(renderer: RenderSession, display: DisplayTransform) -> DisplayP
 def cut_out(
     image: ColourImage, coverage: Float[np.ndarray, "H W"], display: DisplayTransform, on: DisplayPass | None
 ) -> UInt8[np.ndarray, "H W 4"]:
-    """Return the picture without a background: colours of the surfaces alone, and how much of each pixel they cover.
+    """Return the image without background: colours of surfaces, and coverage as alpha.
 
-    image : already multiplied by `coverage`. on : as of `DisplayTransform.encode`.
+    image : premultiplied by `coverage`. on : see `DisplayTransform.encode`.
     """
     share = np.asarray(coverage, dtype=np.float64)[..., None]
     bare = np.divide(image.values, share, out=np.zeros(image.values.shape), where=share > 0.0)
@@ -250,7 +251,7 @@ def cut_out(
 def material_cut_out(
     record: MaterialRecord, scene: Scene, renderer: RenderSession, display: DisplayTransform, on: DisplayPass | None
 ) -> UInt8[np.ndarray, "H W 4"]:
-    """Return the same as `material_picture` without a background, as of `cut_out`."""
+    """Render `material_picture` without background, see `cut_out`."""
     dressed = scene.with_material(scene.reviewed_part, record.id)
     xyz, coverage = renderer.render(dressed, dressed.camera(), {record.id: record.drawn()})
     return cut_out(ColourImage(xyz, "xyz", dressed.adopted_white()), coverage, display, on)
@@ -259,10 +260,10 @@ def material_cut_out(
 def material_picture(
     record: MaterialRecord, scene: Scene, renderer: RenderSession, display: DisplayTransform, on: DisplayPass | None
 ) -> tuple[UInt8[np.ndarray, "H W 3"], tuple[str, ...]]:
-    """Return the scene from its first camera, its reviewed part in the fast form of `record`, and what has to be said
-    of it.
+    """Render the scene from its first camera, with the fast form of `record` on its reviewed part; returns image and
+    notes.
 
-    The picture is in 8-bit codes of `display`; `on` as of `DisplayTransform.encode`.
+    The image is in 8-bit codes of `display`; `on`: see `DisplayTransform.encode`.
     """
     dressed = scene.with_material(scene.reviewed_part, record.id)
     xyz, coverage = renderer.render(dressed, dressed.camera(), {record.id: record.drawn()})
@@ -275,7 +276,7 @@ def picture(
 ) -> Picture:
     """Render fast forms.
 
-    warn : called at once with a line for each reason why the picture may show nothing.
+    warn : called with a message for each reason why the image may show nothing.
     """
     view = _placed(scene, camera, warn)
     xyz, coverage = renderer.render(scene, view, renderer.forms(catalogue, scene))
@@ -285,12 +286,12 @@ def picture(
 
 
 def bounced_words(bounces: int) -> str:
-    """Describe bounces for the header of a picture."""
+    """Describe bounces for the header of an image."""
     return f", {counted(bounces, 'bounce')}" if bounces else ""
 
 
 def bounces_notes(scene: Scene, renderer: RenderSession) -> tuple[str, ...]:
-    """Write notes on light between surfaces in the renderer's last picture, which is of this scene."""
+    """Return notes on indirect light in the renderer's last image, which must be of this scene."""
     if scene.bounces == 0:
         return ()
     if renderer.bounced is None:
@@ -306,9 +307,9 @@ def reference_picture(
     progress: Callable[[int, int, str], None] | None = None,
     noise: float = REFERENCE_NOISE,
 ) -> Picture:
-    """Return the same picture by the slow truth: rays, every wavelength, the original data.
+    """Render an image by the reference renderer: ray tracing, every wavelength, the original data.
 
-    noise : ΔE94 that what is drawn (lights that spread, and bounces) may leave on average.
+    noise : mean sampling noise, ΔE94, of area and environment lights and bounces.
     """
     view = _placed(scene, camera, warn)
     if scene.bounces == "auto":
@@ -328,8 +329,8 @@ def render_spectral(
 ) -> tuple[str, ...]:
     """Render spectra at the working wavelengths to a spectral EXR.
 
-    Values are relative spectral radiance: 1 is the perfect diffuser that receives the reference illuminance from a
-    light of equal energy, and under any other light that diffuser has Y = 1 (`RenderSession.render_spectra`).
+    Values are relative spectral radiance: 1 is a perfect diffuser under the reference illuminance from an equal-energy
+    light, and under any other light that diffuser has Y = 1 (`RenderSession.render_spectra`).
     """
     check_output(output, spectral=True)
     view = _placed(scene, camera, warn)
@@ -350,7 +351,7 @@ def render_spectral(
 def say_if_blank(
     scene: Scene, view: Camera, values: Float[np.ndarray, "H W c"], coverage: Float[np.ndarray, "H W"], warn: Warn
 ) -> None:
-    """Say of a picture without a surface, or with none that light reaches, that and why it is so."""
+    """Warn of an image without a lit surface, with the reason."""
     covered = int(np.count_nonzero(coverage))
     if not covered:
         warn(looks_past(scene, view))
@@ -367,7 +368,7 @@ def say_if_clipped(
     display: DisplayTransform,
     warn: Warn,
 ) -> None:
-    """Say of a picture, by the name of its `view`, that no pixel of it is dark enough for the display."""
+    """Warn of an image, by the name of its `view`, in which every pixel exceeds the display's range."""
     if display.clips_all(image, coverage):
         warn(
             f"{view} is clipped as a whole: all that it shows is brighter than “{display.name}” can be; raise "
@@ -376,7 +377,7 @@ def say_if_clipped(
 
 
 def _placed(scene: Scene, camera: str | None, warn: Warn) -> Camera:
-    """Return the camera of that name, and what has to be said of where it and the lights stand."""
+    """Return the camera of a name, after warnings on the placement of it and the lights."""
     view = scene.camera(camera)
     for line in placement_warnings(scene, view):
         warn(line)
@@ -384,7 +385,7 @@ def _placed(scene: Scene, camera: str | None, warn: Warn) -> Camera:
 
 
 def _thinned(scene: Scene, wavelengths_nm: Float[np.ndarray, "L"]) -> list[str]:
-    """Tell how sampling the lights of a scene moves the colour of the perfect diffuser, where it can be seen."""
+    """Return notes on visible changes of the perfect diffuser's colour by sampling the scene's lights."""
     notes = []
     to_xyz = radiance_weights(scene.observer, wavelengths_nm)
     for light in scene.lights:
@@ -406,7 +407,7 @@ def _encoded(
     display: DisplayTransform,
     on: DisplayPass | None,
 ) -> tuple[Float[np.ndarray, "H W 3"], tuple[str, ...]]:
-    """Return a picture of the scene over its background, display-encoded, and what was done to fit it in."""
+    """Encode an image over the scene's background for its display; returns it and notes on clipping."""
     image = ColourImage(xyz, "xyz", scene.adopted_white())
     return display.encode(image, coverage, _background(scene), on)
 

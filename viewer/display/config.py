@@ -1,13 +1,13 @@
-"""A display of one's own in a configuration of OpenColorIO: the pinned one, and this display beside its own.
+"""Custom displays in an OpenColorIO configuration: the pinned one with a further display.
 
-It is characterised, or has an ICC profile. Where readings have spectra, there is one more for each other observer, by
-the same tables and a matrix before them; no menu lists these: pictures for an observer take them by name (`name_for`).
-Of each:
+A display is characterised, or has an ICC profile. Readings with spectra give one more display for each further
+observer, with the same tables behind a matrix; these are not listed in menus but selected by name (`name_for`). Each
+has:
 
-Its colour space is entered from XYZ-D65: a matrix, a mirrored power of 1/3, a range, a curve a channel, a cube. It is
-left by a table of its own: the cube takes colours that the display cannot show to the nearest of its own, and turned
-round may give any of them. It has two views: the colorimetric one, as other displays of the configuration have it, and
-the same with the black of pictures moved to that of the display.
+A colour space with a transform from XYZ-D65: a matrix, a mirrored power of 1/3, a range, a curve per channel, and a
+cube. Its inverse is a separate table, since the cube maps colours outside the gamut to the nearest inside and is not
+invertible. Two views: the colorimetric one, as for other displays of the configuration, and the same with the black
+point moved to the display's.
 """
 
 from __future__ import annotations
@@ -32,26 +32,26 @@ from ...calibration.display.observer_aims import ObserverAim
 from ...runtime.errors import InputError
 from ...runtime.files import made_folder, written_whole
 
-# Pinned by its full name: what "default" and "latest" mean moves between releases of OpenColorIO.
+# Pinned by its full name, since "default" and "latest" change between releases of OpenColorIO.
 PINNED_CONFIG = "ocio://cg-config-v2.2.0_aces-v1.3_ocio-v2.4"
 #: The colorimetric view.
 DEFAULT_VIEW = "Un-tone-mapped"
 #: The second view.
 COMPENSATED = "Black-point compensated"
-# Nodes along an edge of the cube from codes to colours, and the power that gathers them towards black: ΔE94 0.02 on
-# average and 0.26 at most from the model, of six made-up displays.
+# Nodes along an edge of the cube from codes to colours, and the power that concentrates them towards black: ΔE94 0.02
+# on average and at most 0.26 from the model, for six synthetic displays.
 _SHOWN_SIZE, _TOWARDS_BLACK = 33, 1.6
 _FORMAT = "Academy/ASC Common LUT Format"
 _CONFIG, _TABLES = "config.ocio", "luts"
-# Start of the description of a display's colour space, which names the observer that it is aimed for.
+# Start of the description of a display's colour space, followed by the observer that it is aimed for.
 _DESCRIBED = re.compile(r"Characterised by Metamer, [\w-]+, observer (\w+);")
-# Modification time of members of the zip file, always the same: equal displays are equal bytes.
+# Fixed modification time of zip members, so that equal displays give equal bytes.
 _NO_TIME = (1980, 1, 1, 0, 0, 0)
 
 
 @dataclass(frozen=True)
 class Written:
-    """Files of a configuration: the one to name as a folder's, and the same in one file."""
+    """Files of a configuration: `config.ocio` in a folder, and the same in a single file."""
 
     config: Path
     archive: Path
@@ -59,7 +59,7 @@ class Written:
 
 
 def name_for(display: str, observer: str) -> str:
-    """Return the name of a display as it is aimed for another observer (short name) than it was characterised for."""
+    """Return the name of a display aimed for another observer (short name) than it was characterised for."""
     return f"{display} ({observer})"
 
 
@@ -69,13 +69,13 @@ def description(model: str, observer: str, white: str) -> str:
 
 
 def described_observer(words: str) -> str:
-    """Return the observer that the description of a colour space names; that of OpenColorIO's XYZ where it has none."""
+    """Return the observer named in the description of a colour space; by default that of OpenColorIO's XYZ."""
     found = _DESCRIBED.match(words)
     return found[1] if found else "1931_2"
 
 
 def display_transform(cube: Cube, aim: Aim) -> Any:
-    """OCIO transforms from XYZ-D65 to codes, held in memory."""
+    """Return OCIO transforms from XYZ-D65 to codes, in memory."""
     import PyOpenColorIO as ocio
 
     matrix, offset = np.eye(4), np.zeros(4)
@@ -86,7 +86,7 @@ def display_transform(cube: Cube, aim: Aim) -> Any:
     curves = ocio.Lut1DTransform(len(cube.curves), False)
     curves.setData(np.ascontiguousarray(cube.curves, dtype=np.float32))
     nodes = ocio.Lut3DTransform(len(cube.nodes))
-    # OCIO takes the cube as it lies here: red slowest, blue fastest.
+    # OCIO has the same order of the cube: red slowest, blue fastest.
     nodes.setData(np.ascontiguousarray(cube.nodes, dtype=np.float32))
     nodes.setInterpolation(ocio.INTERP_TETRAHEDRAL)
     return ocio.GroupTransform(
@@ -101,7 +101,7 @@ def display_transform(cube: Cube, aim: Aim) -> Any:
 
 
 def shown_transform(model: DisplayModel, aim: Aim) -> Any:
-    """OCIO transforms from codes to the XYZ-D65 that the display shows for them, held in memory."""
+    """Return OCIO transforms from codes to the displayed XYZ-D65, in memory."""
     import PyOpenColorIO as ocio
 
     levels = np.linspace(0.0, 1.0, _SHOWN_SIZE) ** _TOWARDS_BLACK
@@ -131,21 +131,20 @@ def make_config(
     describing: str = "",
     others: Sequence[tuple[ObserverAim, str]] = (),
 ) -> Any:
-    """Return the pinned configuration with this display, which comes first.
+    """Return the pinned configuration with this display as the first.
 
     name : of display and colour space. transform, shown : from XYZ-D65 to codes and from codes to XYZ-D65, in memory or
-    as files. black : which view is first. others : aims for other observers, each
-    with what describes it.
+    as files. black : determines the first view. others : aims for other observers, each with its description.
 
     Raises
     ------
-    InputError : the pinned configuration has a display or colour space of that name, or the name is empty.
+    InputError : a name of a display or colour space of the pinned configuration, or an empty one.
     """
     import PyOpenColorIO as ocio
 
     config = ocio.Config.CreateFromFile(PINNED_CONFIG)
     if '"' in name or not name.isprintable():
-        # Lists of displays have each in quotes.
+        # Lists of displays have quoted names.
         raise InputError(
             "a name that a configuration cannot hold",
             field="display",
@@ -172,9 +171,9 @@ def make_config(
         there_and_back = ocio.GroupTransform([front, transform]), ocio.GroupTransform([shown, back])
         compensated = f"{COMPENSATED} ({one.observer})"
         _add_display(config, name_for(name, one.observer), words, there_and_back, one.aim, compensated, first)
-    # Quoted, a name may have a comma in it.
+    # Quoted, since names may contain commas.
     config.setActiveDisplays(", ".join(f'"{one}"' for one in [name, *(each for each in displays if each != name)]))
-    # Active views say which of a display's views is the default, if there are any.
+    # Active views, if any, determine the default view of a display.
     if views := list(config.getActiveViews()):
         ahead = [COMPENSATED, *views] if black == "bpc" else [*views, COMPENSATED]
         config.setActiveViews(", ".join(f'"{one}"' for one in dict.fromkeys(ahead)))
@@ -213,7 +212,7 @@ def _add_display(
 
 
 def _affine(matrix: Float[np.ndarray, "3 4"]) -> Any:
-    """Return OCIO's transform by a matrix and an offset beside it."""
+    """Return OCIO's transform by a matrix and an offset."""
     import PyOpenColorIO as ocio
 
     whole = np.eye(4)
@@ -223,8 +222,8 @@ def _affine(matrix: Float[np.ndarray, "3 4"]) -> Any:
 
 @lru_cache(maxsize=8)
 def profile_config(profile: DisplayProfile) -> tuple[Any, str]:
-    """Return the pinned configuration with the display of an ICC profile, and the name that it has there; its view is
-    the colorimetric one.
+    """Return the pinned configuration with the display of an ICC profile, in the colorimetric view, and its name
+    there.
     """
     import PyOpenColorIO as ocio
 
@@ -260,20 +259,20 @@ def write_config(
     seen_by: str = "1931_2",
     others: Sequence[ObserverAim] = (),
 ) -> Written:
-    """Write `config.ocio` with its tables into a folder, and all of it as one `.ocioz`; each whole or not at all.
+    """Write `config.ocio` with its tables into a folder, and the same as one `.ocioz`; each atomically.
 
-    seen_by : the observer that `aim` is for. others : aims for more of them.
+    seen_by : observer of `aim`. others : aims for further observers.
 
     Raises
     ------
-    InputError, NoRoomError : a name that is taken; the folder cannot be written to, or its disk is full.
+    InputError, NoRoomError : a name in use; a folder that is not writable, or a full disk.
     """
     import PyOpenColorIO as ocio
 
     folder = made_folder(folder)
     made_folder(folder / _TABLES)
     stem = file_stem(name)
-    # Without a configuration, OpenColorIO warns that there is none in the environment.
+    # Without a configuration OpenColorIO would warn that the environment has none.
     to, back = f"{stem}.clf", f"{stem}.shown.clf"
     transforms = {to: display_transform(cube, aim), back: shown_transform(model, aim)}
     tables = {file: one.write(_FORMAT, ocio.Config.CreateRaw()) for file, one in transforms.items()}
@@ -287,7 +286,7 @@ def write_config(
         for member, content in ((_CONFIG, text), *((f"{_TABLES}/{file}", table) for file, table in tables.items())):
             archive.writestr(zipfile.ZipInfo(member, _NO_TIME), content, zipfile.ZIP_DEFLATED)
     written = Written(folder / _CONFIG, folder / f"{stem}.ocioz", name)
-    # The configuration last: it is not there before what it names.
+    # The configuration comes last, so that it never exists without its tables.
     contents = (
         *((folder / _TABLES / file, table.encode("utf-8")) for file, table in tables.items()),
         (written.archive, packed.getvalue()),
@@ -300,7 +299,7 @@ def write_config(
 
 
 def file_stem(name: str) -> str:
-    """Return a display's name as that of a file.
+    """Convert a display's name to a file name.
 
     >>> file_stem("EIZO CG279X (desk 4)")
     'EIZO_CG279X_desk_4'

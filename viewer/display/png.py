@@ -1,7 +1,7 @@
-"""PNG files, 8 or 16 bits a channel, that say what their numbers mean.
+"""PNG files with 8 or 16 bits per channel and colour tags.
 
-Standard displays are named by their code points (chunk `cICP`), others have their ICC profile within (`iCCP`): the one
-that was given, or a matrix with curves made of what codes show.
+Standard displays are tagged by code points (chunk `cICP`), others by an ICC profile (`iCCP`): the given one, or a
+matrix with curves derived from displayed colours.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from ...spectral.formats.png_writer import png_bytes
 from .transform import DisplayTransform
 
 Chunks = list[tuple[bytes, bytes]]
-# Luminance of white in cd/m2 to which OpenColorIO's HDR displays refer, and peaks of the two HDR curves.
+# Luminance of white, cd/m2, of OpenColorIO's HDR displays, and peaks of the two HDR curves.
 _REFERENCE, _PQ_PEAK, _HLG_PEAK = 100.0, 10000.0, 1000.0
-# ΔE94 up to which a display shows what a standard says; and by which a profile is off, on average, that serves nobody.
+# ΔE94 within which a display matches a standard; and mean ΔE94 of a profile above which it is useless.
 _IS_STANDARD, _OF_NO_USE = 0.1, 2.0
-# ΔE94 at most by which a profile is off before it is said.
+# Largest ΔE94 of a profile without a note.
 _SAID_FROM = 0.5
 _REC_2020 = np.array([[0.708, 0.292], [0.17, 0.797], [0.131, 0.046]])
 
 
 def _pq(codes: np.ndarray) -> np.ndarray:
-    """Light by SMPTE ST 2084, relative to the reference white."""
+    """Decode SMPTE ST 2084 to luminance relative to the reference white."""
     m1, m2, c1, c2, c3 = 2610 / 16384, 2523 / 32, 3424 / 4096, 2413 / 128, 2392 / 128
     root = codes ** (1.0 / m2)
     # c2 - c3 root is at least c2 - c3 = 0.16.
@@ -43,14 +43,14 @@ def _pq(codes: np.ndarray) -> np.ndarray:
 
 
 def _hlg(codes: np.ndarray) -> np.ndarray:
-    """Light of scenes by ITU-R BT.2100-2, table 5, made that of a display of 1,000 cd/m2, relative to the white."""
+    """Decode ITU-R BT.2100-2, table 5, to the luminance of a display of 1,000 cd/m2, relative to the white."""
     a, b, c = 0.17883277, 0.28466892, 0.55991073
     scene = np.where(codes <= 0.5, codes**2 / 3.0, (np.exp((codes - c) / a) + b) / 12.0)
     luminance = scene @ np.array([0.2627, 0.6780, 0.0593])
     return scene * luminance[:, None] ** 0.2 * _HLG_PEAK / _REFERENCE
 
 
-# Displays of standards, and the code points of their primaries and curve (ITU-T H.273).
+# Standard displays, with the code points of primaries and transfer (ITU-T H.273).
 _SRGB, _P3 = CLAIMS["sRGB"], CLAIMS["P3"]
 _STANDARDS = (
     (_SRGB, (1, 13)),
@@ -78,10 +78,9 @@ def write_png(
     display: DisplayTransform | None = None,
     words: Sequence[str] = (),
 ) -> tuple[str, ...]:
-    """Write display-encoded RGB as a PNG: beside its name, then renamed, so that half a picture is never seen.
+    """Write display-encoded RGB as a PNG atomically, through a temporary file.
 
-    It is tagged by what codes show on `display`, and has `words` as its description. Returns what has to be said of
-    the tag.
+    It is tagged by the colours of codes on `display`, with `words` as its description. Returns notes on the tag.
     """
     chunks, said = colour_chunks(display) if display else ([], ())
     if words:
@@ -92,9 +91,9 @@ def write_png(
 
 
 def colour_chunks(display: DisplayTransform) -> tuple[Chunks, tuple[str, ...]]:
-    """Return the chunks of a PNG that say what codes of a display show, and what has to be said of them.
+    """Return the PNG chunks that define the colours of a display's codes, and notes.
 
-    `cICP` (ISO/IEC 15948:2024, 11.3.2.6) where it is a standard's, and `sRGB` where that is so; else `iCCP`.
+    `cICP` (ISO/IEC 15948:2024, 11.3.2.6) for a standard, with `sRGB` for that one; else `iCCP`.
     """
     if display.profile is not None:
         return _embedded(display.profile.name, display.profile.data), ()
@@ -103,7 +102,7 @@ def colour_chunks(display: DisplayTransform) -> tuple[Chunks, tuple[str, ...]]:
 
 @lru_cache(maxsize=8)
 def _made_chunks(display: DisplayTransform) -> tuple[Chunks, tuple[str, ...]]:
-    """Return what is told from codes; once a display."""
+    """Derive the chunks from displayed colours, cached per display."""
     steps = np.linspace(0.0, 1.0, 5)
     codes = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
     try:
@@ -115,7 +114,7 @@ def _made_chunks(display: DisplayTransform) -> tuple[Chunks, tuple[str, ...]]:
             named = (b"cICP", bytes([*points, 0, 1]))
             if standard is _SRGB:
                 return [named, (b"sRGB", b"\x01")], ()
-            # Readers that do not know the points have the profile; none can be made of HDR.
+            # The profile is for readers without support of code points; HDR has none.
             return [named, *(_matrix_tag(display, codes, shown)[0] if standard is _P3 else [])], ()
     return _matrix_tag(display, codes, shown)
 
@@ -123,7 +122,7 @@ def _made_chunks(display: DisplayTransform) -> tuple[Chunks, tuple[str, ...]]:
 def _matrix_tag(
     display: DisplayTransform, codes: Float[np.ndarray, "N 3"], shown: Float[np.ndarray, "N 3"]
 ) -> tuple[Chunks, tuple[str, ...]]:
-    """Make a profile of a matrix and curves from `shown`, XYZ-D65 of `codes`: black apart, white of pictures as D50."""
+    """Make a matrix-and-curves profile from `shown`, XYZ-D65 of `codes`, without black, with the image white as D50."""
     ramp = np.linspace(0.0, 1.0, ENTRIES)
     black = display.shown(np.zeros((1, 3)))[0].astype(np.float64)
     columns, curves = np.empty((3, 3)), np.empty((3, ENTRIES))
@@ -151,7 +150,7 @@ def _matrix_tag(
 
 
 def _embedded(name: str, profile: bytes) -> Chunks:
-    """Return the chunk of a profile; its name has 1 to 79 letters of Latin-1, no spaces at its ends."""
+    """Return the chunk of a profile; names have 1 to 79 Latin-1 letters, without spaces at their ends."""
     latin = " ".join(name.encode("latin-1", "replace").decode("latin-1").split())[:79].strip()
     latin = "".join(letter for letter in latin if letter.isprintable()) or "display"
     return [(b"iCCP", latin.encode("latin-1") + b"\0\0" + zlib.compress(profile, 9))]

@@ -1,4 +1,4 @@
-"""A soft proof: what another display makes of a picture, shown on this one."""
+"""Soft proof: simulation of another display on this one."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from .transform import DISPLAY_WHITE_XYZ, DisplayTransform
 
 @dataclass(frozen=True)
 class Proof:
-    """A display whose range of colours is shown on another one.
+    """Simulated display of a soft proof.
 
-    The picture is encoded for it, clipped to [0, 1] as it clips, decoded again, and then sent to the display that there
-    is: what lies outside of both is clipped twice.
+    The image is encoded for it, clipped to [0, 1] as it clips, decoded, and then sent to the actual display, which may
+    clip again.
     """
 
     of: DisplayTransform
 
     def apply(self, xyz_d65: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3"]:
-        """XYZ under the display's white as the other display would show it; float32.
+        """Return XYZ under the display's white as shown by the simulated display; float32.
 
         Raises
         ------
@@ -34,7 +34,7 @@ class Proof:
         return self.of.decode(np.clip(self.of.apply(xyz_d65), 0.0, 1.0))
 
     def statistics(self, xyz_d65: Float[np.ndarray, "H W 3"]) -> ProofStatistics:
-        """Compare a picture under the display's white, Y of white 1, with what the other display shows of it.
+        """Compare an image under the display's white, Y of white 1, with its simulation.
 
         Raises
         ------
@@ -48,13 +48,13 @@ class Proof:
 
 
 def proof_of(display: DisplayTransform, named: str | None) -> Proof | None:
-    """Return the proof of another display of the same configuration, by the view that is called alike, or of the
-    display of an ICC profile (`icc:FILE`); None for no name.
+    """Return the proof of another display of the same configuration, with the view of the same name, or of an ICC
+    profile (`icc:FILE`); None without a name.
 
     Raises
     ------
-    UnknownNameError : no such display, or none of its views is called so.
-    InputError : the profile cannot be used.
+    UnknownNameError : an unknown display, or one without a view of that name.
+    InputError : an unusable profile.
     """
     if named is None:
         return None

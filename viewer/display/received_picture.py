@@ -1,4 +1,4 @@
-"""Pictures that somebody sends, as XYZ-D65."""
+"""Display-encoded images from elsewhere, as XYZ-D65."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from ...runtime.errors import InputError
 from ...runtime.files import existing_file
 from ...spectral.formats.picture_header import HDR, is_srgb, other_than_srgb, profile_of
 
-# Words of a header whose codes are those of Display P3 (H.273).
+# Header values of Display P3 (H.273).
 _P3 = "primaries of Display P3 (cICP)"
 
 
 def read_picture(
     path: str | Path,
 ) -> tuple[UInt8[np.ndarray, "H W 3"], Float[np.ndarray, "H W 3"], tuple[str, ...]]:
-    """Read the codes of a picture, their XYZ-D65 (Y of white 1), and what it says of them that is not applied.
+    """Read the codes of an image, their XYZ-D65 (Y of white 1), and notes on header data that are not applied.
 
-    Its ICC profile is applied, or the primaries of Display P3; without, codes are taken as sRGB (IEC 61966-2-1).
+    Its ICC profile is applied, or the primaries of Display P3; otherwise codes are interpreted as sRGB (IEC 61966-2-1).
 
     Raises
     ------
-    InputError : no picture that can be read, or one for a display of high dynamic range.
+    InputError : an unreadable image, or one for an HDR display.
     """
     from PIL import Image, UnidentifiedImageError
 
@@ -65,7 +65,7 @@ def read_picture(
 
 
 def _codes(image: Any, path: Path) -> UInt8[np.ndarray, "H W 3"]:
-    """Decode 8 bits a channel; grey of 16 bits is scaled here, since Pillow cuts it off at 255."""
+    """Decode to 8 bits per channel; 16-bit grey is scaled here, since Pillow clips it at 255."""
     if image.mode.startswith("I;16"):
         grey = np.round(np.asarray(image) / 257.0).astype(np.uint8)
         return np.repeat(grey[..., None], 3, axis=-1)
@@ -77,7 +77,7 @@ def _codes(image: Any, path: Path) -> UInt8[np.ndarray, "H W 3"]:
 
 
 def _dropped(image: Any) -> Iterator[str]:
-    """Yield what a picture of red, green and blue has not."""
+    """Yield descriptions of dropped data such as alpha."""
     if image.mode in ("CMYK", "LAB"):
         yield f"colours in {image.mode}"
     if image.mode in ("RGBA", "LA", "PA") or "transparency" in image.info:

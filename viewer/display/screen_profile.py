@@ -1,4 +1,4 @@
-"""ICC profile that the system has for its screen: of the X server, or of Windows."""
+"""ICC profile of the screen, from the X server or Windows."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import sys
 from ...calibration.display.icc_profile import SCREEN
 from ...runtime.errors import InputError
 
-# XGetWindowProperty counts in four bytes; more than any profile has.
+# Length limit in units of four bytes, larger than any profile.
 _LONGEST = 1 << 24
 
 
@@ -19,7 +19,7 @@ def screen_profile() -> bytes:
 
     Raises
     ------
-    InputError : the system has none, or cannot be asked for it.
+    InputError : a system without one, or that does not provide it.
     """
     if sys.platform == "win32":
         from PIL import ImageCms
@@ -59,7 +59,7 @@ def _of_x_server() -> bytes | None:
     if not server:
         return None
     try:
-        # Not made where nobody has made it.
+        # The atom is not created if it does not exist.
         name = x11.XInternAtom(server, b"_ICC_PROFILE", True)
         if not name:
             return None

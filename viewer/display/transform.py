@@ -1,9 +1,9 @@
-"""Display transform from relative XYZ to code values: adapt once, then OpenColorIO, then count what did not fit.
+"""Display transform from relative XYZ to code values: adaptation, OpenColorIO, and counting of clipped pixels.
 
 The chain is `XYZ under the scene's white -> chromatic adaptation -> XYZ-D65 -> OCIO display and view -> [0, 1]`.
-Adaptation happens here and nowhere else. The default view is colorimetric: it never tone-maps, so a perfect
-diffuser is display white, and a colour that the display cannot show is clipped, counted and said. The first view
-of the same configuration maps that white to about 0.7, which is why the view is never left to OCIO's default.
+Adaptation is applied only here. The default view is colorimetric, without tone mapping: a perfect diffuser is display
+white, and colours that the display cannot show are clipped, counted and reported. The first view of the same
+configuration maps that white to about 0.7, so OCIO's default view is never used.
 """
 
 from __future__ import annotations
@@ -32,41 +32,41 @@ INTERCHANGE_ROLE = "cie_xyz_d65_interchange"
 
 # White of the interchange space.
 DISPLAY_WHITE_XYZ = PICTURE_WHITE_XYZ
-# ΔE94 of white by what the display shows for its code, from which on a view is not colorimetric: a step of eight bits.
+# ΔE94 of displayed white above which a view is not colorimetric: a step of eight bits.
 WHITE_TOLERANCE = 0.5
 
-# ΔE94 by which a pixel is off on a display whose profile ends at its gamut, from which on it counts as clipped.
+# ΔE94 above which a pixel counts as clipped on a display whose profile limits codes to the gamut.
 _BEYOND = 1.0
-# Tables between whose nodes white lies miss it by as much.
+# Tables with white between nodes have such an error.
 _TABLE_STEP = 0.01
 # Encoded values this far outside [0, 1] count as clipped: a quarter of an 8-bit step, well above float32 rounding.
 CLIP_TOLERANCE = 1e-3
-# Times white at which it is looked whether a view limits what is brighter, and what of it may be off by rounding.
+# Multiple of white for testing whether a view limits brighter colours, and its rounding error.
 _BRIGHT, _SAME = 10.0, 0.02
-# Luminance of black, white being 1, up to which it is none but for rounding.
+# Luminance of black, relative to white, attributed to rounding.
 _NO_LIGHT = 1e-6
-# Shown where a pixel holds no number.
+# Value shown for invalid pixels.
 NOT_A_NUMBER_RGB = (1.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
 class DisplayTransform:
-    """One display and view of one OCIO configuration, or the display of an ICC profile, entered from XYZ.
+    """Transform from XYZ for a display and view of an OCIO configuration, or for an ICC profile.
 
     Parameters
     ----------
-    display, view : names as the configuration spells them, "" for the display that it has first; or `icc:FILE`, and
-        `icc:screen` for the profile that the system has for its first screen, which have the colorimetric view alone.
-    config : a path or an `ocio://` name; None takes `$OCIO` where it is set, else the pinned built-in configuration.
+    display, view : names in the configuration, "" for its first display; or `icc:FILE`, or `icc:screen` for the profile
+        of the system's first screen, which have only the colorimetric view.
+    config : a path or an `ocio://` name; None is `$OCIO` if set, else the pinned built-in configuration.
     adaptation : `Bradford`, `CAT02` or `CAT16`, from the image's white to the display's.
-    observer : short name of the one that pictures are for; the display is aimed for it where the configuration has that
-        (`metamer display config`), else as ever (`aimed_for`). "" for whomever it is aimed for.
+    observer : short name; the display is aimed for it if the configuration has such a version (`metamer display
+        config`), else as usual (`aimed_for`). "" is the usual one.
 
     Raises
     ------
-    InputError : the configuration cannot be read or lacks the interchange role; the profile cannot be used
-        (`read_display_profile`), or stands beside a configuration.
-    UnknownNameError : it has no such display or view; the message gives the nearest names.
+    InputError : an unreadable configuration, or one without the interchange role; an unusable profile
+        (`read_display_profile`), or one together with a configuration.
+    UnknownNameError : an unknown display or view; the message suggests the nearest names.
     """
 
     display: str = ""
@@ -74,7 +74,7 @@ class DisplayTransform:
     config: str | None = None
     adaptation: Method = "Bradford"
     observer: str = ""
-    # A profile that is written anew is another display.
+    # A rewritten profile is another display.
     _written: bytes | tuple[int, int] | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -87,7 +87,7 @@ class DisplayTransform:
 
     @cached_property
     def profile(self) -> DisplayProfile | None:
-        """ICC profile of the display; None of a display of a configuration."""
+        """ICC profile of the display; None for a display of a configuration."""
         if self._written is None:
             return None
         if self.config:
@@ -102,7 +102,7 @@ class DisplayTransform:
 
     @cached_property
     def name(self) -> str:
-        """Name of the display in its configuration, for people."""
+        """Name of the display, for users."""
         if self.profile is not None:
             return profile_config(self.profile)[1]
         aimed = name_for(self.display, self.observer)
@@ -110,7 +110,7 @@ class DisplayTransform:
 
     @cached_property
     def aimed_for(self) -> str:
-        """Short name of the observer that the display is aimed for; standards and profiles are for that of 1931."""
+        """Short name of the observer that the display is aimed for; that of 1931 for standards and profiles."""
         space = self._config.getColorSpace(self._space)
         return described_observer("" if space is None else space.getDescription())
 
@@ -122,7 +122,7 @@ class DisplayTransform:
 
     @cached_property
     def config_name(self) -> str:
-        """The configuration in use, as OCIO is asked for it."""
+        """Name or path of the configuration in use."""
         if self.profile:
             return PINNED_CONFIG
         return self.config or os.environ.get("OCIO") or PINNED_CONFIG
@@ -137,7 +137,7 @@ class DisplayTransform:
 
     @cached_property
     def _loaded(self) -> Any:
-        """The configuration, whatever its displays."""
+        """Loaded configuration."""
         import PyOpenColorIO as ocio
 
         try:
@@ -174,12 +174,12 @@ class DisplayTransform:
 
     @cached_property
     def processor(self) -> Any:
-        """The OCIO processor from XYZ-D65 to the encoded display; both the CPU and the GPU path are made from it."""
+        """OCIO processor from XYZ-D65 to display codes, for CPU and GPU."""
         return self._processor(back=False)
 
     @cached_property
     def inverse(self) -> Any:
-        """The OCIO processor from codes of the display back to XYZ-D65.
+        """OCIO processor from display codes to XYZ-D65.
 
         Raises
         ------
@@ -214,13 +214,13 @@ class DisplayTransform:
         return exact_on_cpu(self.inverse)
 
     def apply(self, xyz_d65: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3"]:
-        """Encode XYZ that already has the display's white; float32, not clipped."""
+        """Encode XYZ under the display's white; float32, not clipped."""
         values = np.array(xyz_d65, dtype=np.float32, order="C")
         self._cpu.applyRGB(values.reshape(-1, 3))
         return values
 
     def decode(self, rgb: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3"]:
-        """XYZ with the display's white that codes stand for; float32.
+        """Decode codes to XYZ under the display's white; float32.
 
         Raises
         ------
@@ -231,7 +231,7 @@ class DisplayTransform:
         return values
 
     def adaptation_from(self, white_xyz: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
-        """Matrix that takes XYZ under `white_xyz` to XYZ under the display's white, as `xyz @ matrix.T`."""
+        """Return the adaptation matrix from XYZ under `white_xyz` to the display's white, for `xyz @ matrix.T`."""
         return adaptation_matrix(np.asarray(white_xyz, dtype=np.float64), DISPLAY_WHITE_XYZ, self.adaptation)
 
     def encode(
@@ -241,19 +241,19 @@ class DisplayTransform:
         background_xyz: Float[np.ndarray, "3"] | None = None,
         on: Callable[[np.ndarray], np.ndarray] | None = None,
     ) -> tuple[Float[np.ndarray, "H W 3"], tuple[str, ...]]:
-        """Display-encoded RGB in [0, 1] and what has to be said about it.
+        """Encode an image to display RGB in [0, 1], with notes.
 
         Parameters
         ----------
         image : relative XYZ (Y = 1: perfect diffuser) with the white it is seen under; "xyz_d65" is not adapted again.
-        coverage : share of each pixel that the scene covers, 0 to 1; the image is taken as already multiplied by it.
-        background_xyz : what stands behind the scene, under the same white; laid in by coverage, in linear light.
-        on : what encodes (H, W, 3) in place of `apply`, such as a `DisplayPass` on the GPU.
+        coverage : share of each pixel covered by the scene, 0 to 1; the image is premultiplied by it.
+        background_xyz : background under the same white, composited by coverage in linear light.
+        on : encoder of (H, W, 3) instead of `apply`, such as a `DisplayPass` on the GPU.
 
         Returns
         -------
         rgb : float32 (H, W, 3).
-        notes : clipped pixels with their share, pixels that hold no number; empty if there were none.
+        notes : on clipped pixels with their share, and on invalid pixels; empty without any.
         """
         if background_xyz is not None and coverage is None:
             raise InputError("a background needs the picture's coverage", field="coverage", expected="an (H, W) array")
@@ -276,20 +276,20 @@ class DisplayTransform:
     def out_of_range(
         self, xyz_d65: Float[np.ndarray, "*batch 3"], rgb: Float[np.ndarray, "*batch 3"]
     ) -> tuple[Bool[np.ndarray, "*batch"], Bool[np.ndarray, "*batch"]]:
-        """Return which colours the display cannot show: a channel below its range (out of gamut, or
-        `darker_than_black`), one above (brighter than white).
+        """Return masks of colours that the display cannot show: with a channel below its range (out of gamut, or
+        `darker_than_black`), and with one above (brighter than white).
 
-        Tables of a profile end at the gamut: there colours count that no code shows to within ΔE94 1, by the tables
-        from codes to colours, on the side of the range at which their codes are. That the tables back are off is
-        something else (`describe`).
+        Tables of a profile limit codes to the gamut: there colours count that no code shows within ΔE94 1, by the
+        tables from codes to colours, on the side of the range of their codes. Errors of the inverse tables are reported
+        separately (`describe`).
 
-        rgb : codes of `xyz_d65`, as `apply` returns them.
+        rgb : codes of `xyz_d65` from `apply`.
         """
         if self.profile is None or not self.profile.has_limits:
             low, high = rgb < -CLIP_TOLERANCE, rgb > 1.0 + CLIP_TOLERANCE
             return np.asarray(low.any(axis=-1)), np.asarray(high.any(axis=-1))
         off = np.asarray(self._table_error(xyz_d65, rgb) > _BEYOND)
-        # The few that the tables back send elsewhere are looked for in those from codes to colours.
+        # Colours with large errors of the inverse tables are searched in the forward tables.
         doubtful = np.array(xyz_d65[off], dtype=np.float32, order="C")
         if len(doubtful):
             nearest = doubtful.copy()
@@ -299,14 +299,14 @@ class DisplayTransform:
         return np.asarray(off & ~above), above
 
     def darker_than_black(self, xyz_d65: Float[np.ndarray, "*batch 3"]) -> Bool[np.ndarray, "*batch"]:
-        """Return which colours have less luminance than the display's black in this view: no gamut is to blame where it
-        cannot show these. None where the transform cannot be turned round, or black has no light.
+        """Return a mask of colours with less luminance than the display's black in this view, which are no gamut
+        errors; all False if the transform is not invertible, or black has no luminance.
         """
         return np.asarray(np.asarray(xyz_d65)[..., 1] < self.black_y)
 
     @cached_property
     def black_y(self) -> float:
-        """Luminance of the display's black in this view, white = 1; -inf where it has no light, or nobody knows it."""
+        """Luminance of the display's black in this view, white = 1; -inf if it is 0 or unknown."""
         try:
             y = float(self.decode(np.zeros((1, 3)))[0, 1])
         except InputError:
@@ -314,13 +314,13 @@ class DisplayTransform:
         return y if y > _NO_LIGHT else -np.inf
 
     def _table_error(self, xyz_d65: np.ndarray, rgb: np.ndarray) -> np.ndarray:
-        """ΔE94 of what codes show, by the profile's tables, from XYZ."""
+        """Compute ΔE94 between XYZ and the colours of codes, by the profile's tables."""
         shown = self.decode(np.clip(rgb, 0.0, 1.0)).astype(np.float64)
         return np.asarray(delta_e_xyz(np.asarray(xyz_d65, dtype=np.float64), shown, DISPLAY_WHITE_XYZ))
 
     @cached_property
     def _nearest(self) -> Any:
-        """OCIO processor to the codes that show XYZ-D65 best, by the profile's tables from codes to colours."""
+        """OCIO processor to the nearest codes for XYZ-D65, by the profile's forward tables."""
         import PyOpenColorIO as ocio
 
         assert self.profile is not None
@@ -328,10 +328,9 @@ class DisplayTransform:
         return exact_on_cpu(ocio.Config.CreateRaw().getProcessor(self.profile.to_xyz_d65, back))
 
     def clips_all(self, image: ColourImage, coverage: Float[np.ndarray, "H W"]) -> bool:
-        """Return whether all that a picture shows is brighter than the display can be: no pixel that a surface covers
-        is left.
+        """Return whether every covered pixel of an image is brighter than the display's maximum.
 
-        A view that limits values itself hides this: it never clips.
+        A view that limits values itself never clips.
         """
         covered = np.asarray(coverage) > 0.0
         if not covered.any():
@@ -345,31 +344,31 @@ class DisplayTransform:
 
     @cached_property
     def white_shift(self) -> float:
-        """ΔE94 by which the view changes white; NaN if the display shows no number for it."""
+        """ΔE94 by which the view changes white; NaN if the result is invalid."""
         white = self.shown(self.apply(DISPLAY_WHITE_XYZ))
         return float(delta_e_xyz(DISPLAY_WHITE_XYZ, white, DISPLAY_WHITE_XYZ))
 
     @property
     def is_colorimetric(self) -> bool:
-        """True if the view shows white as white."""
+        """True if the view preserves white."""
         return self.white_shift <= WHITE_TOLERANCE
 
     @cached_property
     def shows_limits(self) -> bool:
-        """True where codes beyond the display's range come out as such: the view neither limits nor changes white."""
+        """True if codes beyond the display's range are preserved: the view neither limits nor changes white."""
         return self.is_colorimetric and not self._limits_itself
 
     @cached_property
     def _limits_itself(self) -> bool:
-        """True of a view that brings what is brighter than white within its codes; one of a display that has room above
-        white shows it as it is.
+        """True if a view compresses colours brighter than white into its range; False for displays with headroom above
+        white.
         """
         bright = _BRIGHT * DISPLAY_WHITE_XYZ[None]
         rgb = self.apply(bright)
         return not (self.out_of_range(bright, rgb)[1][0] or np.allclose(self.shown(rgb), bright, rtol=_SAME))
 
     def describe(self) -> list[str]:
-        """Return the chain in plain words, for a report; what white becomes is measured, not quoted."""
+        """Describe the chain for a report; the change of white is measured, not quoted."""
 
         white = self.apply(DISPLAY_WHITE_XYZ)
         code = ", ".join(f"{value:.4f}" for value in white)
@@ -426,11 +425,11 @@ class DisplayTransform:
         ]
 
     def shown(self, rgb: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3"]:
-        """XYZ-D65 that the display shows for codes, as the configuration has its colour space; codes are cut to [0, 1].
+        """Return the displayed XYZ-D65 of codes, by the configuration's colour space; codes are clipped to [0, 1].
 
         Raises
         ------
-        InputError : the configuration cannot tell what codes show.
+        InputError : a configuration without a transform from codes to colours.
         """
         import PyOpenColorIO as ocio
 
@@ -451,7 +450,7 @@ class DisplayTransform:
 
 
 def _written(display: str) -> bytes | tuple[int, int]:
-    """Return what tells a profile from what it was before: the screen's itself, the time and size of a file."""
+    """Return the state of a profile for detecting changes: the screen's bytes, or time and size of a file."""
     if display == SCREEN:
         return screen_profile()
     seen = existing_file(display.removeprefix(PREFIX)).stat()
@@ -460,7 +459,7 @@ def _written(display: str) -> bytes | tuple[int, int]:
 
 @lru_cache(maxsize=8)
 def _read_profile(display: str, written: bytes | tuple[int, int]) -> DisplayProfile:
-    """Read the profile that a display is named by; once, as long as it is the same."""
+    """Read the profile of a display name, cached by its state."""
     if isinstance(written, bytes):
         return read_display_profile(display, written)
     return read_display_profile(existing_file(display.removeprefix(PREFIX)))
@@ -471,7 +470,7 @@ def composite(
     coverage: Float[np.ndarray, "H W"],
     background_xyz: Float[np.ndarray, "3"],
 ) -> Float[np.ndarray, "H W 3"]:
-    """Lay a picture, already multiplied by its coverage, over a uniform background in linear light."""
+    """Composite an image, premultiplied by its coverage, over a uniform background in linear light."""
     behind = 1.0 - np.asarray(coverage, dtype=np.float64)[..., None]
     return np.asarray(xyz, dtype=np.float64) + behind * np.asarray(background_xyz, dtype=np.float64)
 

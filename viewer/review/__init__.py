@@ -1,5 +1,5 @@
-"""Review: every material under every light, drawn, compared with the reference and written.
+"""Reviews: every material under every light, rendered, compared with the reference and reported.
 
-Begin with `review.py`; `cases.py` lists the rows, `row_key.py` says when a kept row is still valid, `expected_work.py`
-how long each takes.
+Begin with `review.py`; `cases.py` lists the rows, `row_key.py` decides whether a cached row is valid,
+`expected_work.py` estimates the time.
 """

@@ -1,4 +1,4 @@
-"""Rows of one case of a review: drawn, compared and written."""
+"""Rows of one case of a review: rendering, comparison and output."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def drawn_case(
     warn: Warn,
     reading_of: Callable[[str], InstrumentReading],
 ) -> DrawnRows:
-    """Return the rows of one case, their pictures below `folder`; with `checked` also the report's checks of itself."""
+    """Make the rows of one case, with images below `folder`; with `checked` also the report's self-checks."""
     heard, rows, checks = Warnings(warn), [], ()
     spectra = pixel_spectra(setting, case)
     for drawing in draw(setting, case, truth, heard):
@@ -50,7 +50,7 @@ def drawn_case(
 
 
 class Warnings:
-    """Warnings as they are said, each once."""
+    """Collection of distinct warnings."""
 
     def __init__(self, warn: Warn) -> None:
         self._warn = warn
@@ -70,8 +70,8 @@ def write_review_row(
     out: Path,
     spectra: PixelSpectra,
 ) -> ReviewRow:
-    """Write the pictures below `out` and give the row; `reading` is what an instrument reads of the material, `spectra`
-    tells those of a pixel.
+    """Write the images below `out` and return the row; `reading` is the instrument's reading of the material, `spectra`
+    returns those of a pixel.
     """
     begun = time.perf_counter()
     scene, display, lit = setting.scene, setting.display, drawing.scene
@@ -124,7 +124,7 @@ def write_review_row(
 
 
 def _reduced(setting: Setting, image: UInt8[np.ndarray, "H W 4"]) -> bool:
-    """Return True where the page embeds the image smaller than it is."""
+    """Return whether the page embeds a reduced version of the image."""
     full = (image.shape[0], image.shape[1])
     return fitted_size(full, embedded_side(setting.total)) != full
 

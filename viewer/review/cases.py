@@ -1,4 +1,4 @@
-"""Cases of a review: which materials under which lights, and all that its rows have in common."""
+"""Cases of a review: materials and lights, and data common to its rows."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from ..picture import Warn, display_for, display_pass
 from ..render.indirect_cache import with_counted_bounces
 from ..render.session import RenderSession
 
-#: Name of the illuminant if each light keeps its own; it can be asked for by this name.
+#: Name of the illuminant for the lights' own spectra; it can be requested by this name.
 OWN_LIGHT = "the scene's lights"
 
 
 @dataclass(frozen=True)
 class ReviewCase:
-    """One picture under all illuminants, and the materials in it that are judged.
+    """One scene under all illuminants, and its judged materials.
 
-    plan : of this picture alone, so that no other material of the review changes it. surfaces : fast forms of what is
-    in it, in the plan's basis.
+    plan : of this scene alone, independent of other materials of the review. surfaces : fast forms of its materials, in
+    the plan's basis.
     """
 
     scene: Scene
@@ -44,12 +44,12 @@ class ReviewCase:
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """Setting that all rows of a review share.
+    """Data common to all rows of a review.
 
-    view : that is compared with the reference. shown_view : of the pictures that people see, None where it is `view`.
-    names, spectra : of the illuminants; None is each light's own. surfaces : fast forms by material. plan : that of the
-    picture which takes the most coefficients.
-    budget : ΔE94 that the 99th percentile of each row is held against. total : rows.
+    view : of the comparison with the reference. shown_view : of the shown images, None for `view`.
+    names, spectra : of the illuminants; None is each light's own. surfaces : fast forms by material. plan : the one
+    with the most coefficients.
+    budget : limit of the 99th percentile of ΔE94 of each row. total : number of rows.
     """
 
     scene: Scene
@@ -70,20 +70,21 @@ class Setting:
 
 
 def reviewed_lights_of(scene: Scene, illuminants: Sequence[str] | None = None) -> tuple[str, ...]:
-    """Return the lights of a review, each once: `illuminants`, those of the scene's review, or `OWN_LIGHT`."""
+    """Return the distinct lights of a review: `illuminants`, those of the scene's review, or `OWN_LIGHT`."""
     return tuple(dict.fromkeys(illuminants or (scene.review.illuminants if scene.review else (OWN_LIGHT,))))
 
 
 def review_views(
     scene: Scene, camera: str | None, size: int | None, reference_size: int | None
 ) -> tuple[Camera, Camera | None]:
-    """Return the view that is compared with the reference, and that of the pictures where it is another one.
+    """Return the view of the comparison with the reference, and that of the shown images if it differs.
 
-    size, reference_size : pixels on the longer side of each; None: as the camera has it, and as large as the pictures.
+    size, reference_size : pixels on the longer side of images and references; None: the camera's, and as large as the
+        images.
 
     Raises
     ------
-    InputError : a reference that is larger than the pictures: nobody would see what it says.
+    InputError : a reference larger than the images, whose detail would be invisible.
     """
     view = scene.camera(camera)
     shown = view if size is None else view.sized(size)
@@ -112,13 +113,11 @@ def prepare_review(
     version: str,
     warn: Warn,
 ) -> tuple[Setting, list[ReviewCase]]:
-    """Return all that is known before anything is drawn; the parameters are those of `review`, `views` as of
-    `review_views`.
+    """Prepare the setting and cases before rendering; parameters: see `review`; `views`: see `review_views`.
 
     Raises
     ------
-    InputError : the camera sees no surface, not the part that is reviewed, or nothing that light reaches; a file or a
-        name that cannot be used.
+    InputError : a camera that sees no surface, not the reviewed part, or nothing lit; an unusable file or name.
     """
     names = reviewed_lights_of(scene, illuminants)
     spectra = tuple(None if name == OWN_LIGHT else illuminant(name) for name in names)
@@ -133,7 +132,7 @@ def prepare_review(
     }
     surfaces = {name: record.drawn() for name, record in records.items()}
     _check_materials(pictured, records, surfaces)
-    # The picture and its reference have as many bounces.
+    # Image and reference have the same number of bounces.
     shown_in = [one for one in spectra if one is not None]
     lights = _distinct_lights(scene, spectra)
     cases = []
@@ -168,8 +167,8 @@ def prepare_review(
 
 
 def shown_forms(scene: Scene, surfaces: Mapping[str, Fast], plan: ScenePlan, bounced: bool) -> dict[str, Fast]:
-    """Return the fast forms of a scene's materials; without bounces in the plan's basis, which is for light straight
-    from the lights.
+    """Return the fast forms of a scene's materials; without bounces in the plan's basis, which is for direct light
+    only.
     """
     if bounced:
         return {name: surfaces[name] for name in scene.material_ids}
@@ -177,7 +176,7 @@ def shown_forms(scene: Scene, surfaces: Mapping[str, Fast], plan: ScenePlan, bou
 
 
 def _plan_of_all(plans: Sequence[ScenePlan]) -> ScenePlan:
-    """Return the plan of the picture that takes the most coefficients, which the report names."""
+    """Return the plan with the most coefficients, for the report."""
     largest = max(plans, key=lambda one: one.basis_size)
     if len(plans) == 1:
         return largest
@@ -192,7 +191,7 @@ def _check_materials(
     records: Mapping[str, MaterialRecord],
     surfaces: Mapping[str, Fast],
 ) -> None:
-    """Refuse, before anything is drawn, what a part cannot wear, and what has no reading to be judged by."""
+    """Raise before rendering for materials that a part cannot have, or without a reading to judge by."""
     for scene, judged in pictured:
         scene.check_surfaces(surfaces)
         for name in judged:
@@ -202,7 +201,7 @@ def _check_materials(
 def pictured_scenes(
     scene: Scene, catalogue: Catalogue, materials: Sequence[str] | None
 ) -> list[tuple[Scene, tuple[str, ...]]]:
-    """Return the scenes that are drawn, and which materials of each are judged."""
+    """Return the scenes to render, and the judged materials of each."""
     if scene.review is None and not materials:
         return [(scene, scene.material_ids)]
     patterns = materials or (scene.review.materials if scene.review else ())
@@ -211,14 +210,14 @@ def pictured_scenes(
 
 
 def _distinct_lights(scene: Scene, spectra: Sequence[Spectrum | None]) -> list[Spectrum]:
-    """Return every light spectrum that the review shows, each once."""
+    """Return the distinct light spectra of the review."""
     own = [spectrum for light in scene.lights for spectrum in light.spectra]
     found = [s for other in spectra for s in (own if other is None else [other])]
     return list({spectrum.key: spectrum for spectrum in found}.values())
 
 
 def _check_view(scene: Scene, view: Camera, geometry: VisibleGeometry, warn: Warn) -> None:
-    """Warn of what stands wrong; refuse a view without what is to be judged, or without light, before the long work."""
+    """Warn of misplaced cameras and lights; raise for a view without judged surfaces or light, before the long work."""
     for line in placement_warnings(scene, view):
         warn(line)
     hint = "move the camera, or leave its position out for one that frames the scene"
@@ -231,14 +230,14 @@ def _check_view(scene: Scene, view: Camera, geometry: VisibleGeometry, warn: War
             problem = f'camera "{view.name}" does not see part "{scene.review.on}", which is reviewed'
             raise InputError(problem, file=scene.path, field=f"camera {view.name}", found=f"it sees {seen}", hint=hint)
     for line in why_black(scene, view, geometry):
-        # Black equals black: every row would be within its budget.
+        # Otherwise black would equal black, and every row would be within its budget.
         raise InputError(line, file=scene.path, field="lights", hint="move the light or the camera")
 
 
 def _check_whites(
     scene: Scene, names: Sequence[str], spectra: Sequence[Spectrum | None], display: DisplayTransform
 ) -> None:
-    """Say before the long work, not after it, that pictures under a light cannot be shown."""
+    """Raise before the long work if images under a light cannot be displayed."""
     for name, spectrum in zip(names, spectra, strict=True):
         lit = scene if spectrum is None else scene.with_illuminant(spectrum, name)
         try:

@@ -1,8 +1,8 @@
-"""Cases of a review drawn by the workers of a Dask cluster: reference, picture and figures of each.
+"""Rendering of a review's cases on a Dask cluster: reference, image and figures of each.
 
-What all cases share goes out once. Workers find the catalogue where it is here, and say of each case by its key that
-they would draw the very same: the material's file, the code, the display, the device and the versions are in it. Rows
-and pictures come back, and only this process writes into the folder of the review.
+Data common to all cases are sent once. Workers read the catalogue at the same path, and confirm by the key of each case
+that material file, code, display, device and versions are identical. Rows and images are returned, and only this
+process writes into the review's folder.
 """
 
 from __future__ import annotations
@@ -32,21 +32,21 @@ from .files import PICTURES
 from .references import reference_of
 from .row_key import case_key
 
-#: A case of a review by its number: the case, its key, and whether the report's checks of itself are made with it.
+#: Order of a case by its number: the case, its key, and whether to include the report's self-checks.
 Order = tuple[int, ReviewCase, str, bool]
-# Fields of a setting that a worker makes for itself.
+# Fields of a setting that workers create themselves.
 _OWN = ("records", "surfaces", "display", "gpu", "renderer")
 
 
 def drawn_on_cluster(
     setting: Setting, catalogue: Catalogue, orders: Iterator[Order], scheduler: str
 ) -> Generator[tuple[int, DrawnRows, dict[str, bytes]], None, None]:
-    """Yield the number of each case, its rows, and its files by their place in the review's folder, as they come.
+    """Yield the number of each case, its rows, and its files by path in the review's folder, as completed.
 
     Raises
     ------
-    InputError : as `clustered` does; a worker that has no OpenGL, not the catalogue, or would draw something else.
-    MetamerError : a case that no worker has a result for.
+    InputError : see `clustered`; a worker without OpenGL or the catalogue, or with different inputs.
+    MetamerError : a case without a result from any worker.
     """
     shared = {one.name: getattr(setting, one.name) for one in fields(setting) if one.name not in _OWN}
     kind = "gl" if isinstance(setting.renderer.backend, GLBackend) else "software"
@@ -64,12 +64,12 @@ def drawn_on_cluster(
 
 
 def _code() -> str:
-    """Hash the code that has to be equal here and there."""
+    """Hash the code that must be identical on all machines."""
     return product_hash(("runtime", "spectral", "materials", "lighting", "calibration", "viewer"))
 
 
 class _Held(threading.local):
-    """Review of a worker's thread, where contexts of OpenGL stay."""
+    """State of a review on a worker's thread, since OpenGL contexts are bound to threads."""
 
     renderer: RenderSession | None = None
     catalogue: Catalogue
@@ -98,10 +98,10 @@ def _begin(folder: Path, shared: dict[str, Any], kind: str, filtering: Any) -> N
 def _drawn_there(
     worn: tuple[str, ...], bounces: Any, judged: tuple[str, ...], plan: ScenePlan, key: str, checked: bool
 ) -> tuple[DrawnRows, dict[str, bytes]]:
-    """Draw a case on a worker; `worn` are the materials of its parts."""
+    """Render a case on a worker; `worn` are the materials of its parts."""
     catalogue, renderer, scene = _held.catalogue, _held.renderer, _held.shared["scene"]
     assert renderer is not None
-    # Parts of one scene: sums over directions are known again by the identity of its meshes and lights.
+    # Parts of one scene object, since cached sums are found by the identity of its meshes and lights.
     parts = tuple(replace(part, material=name) for part, name in zip(scene.parts, worn, strict=True))
     scene = replace(scene, parts=parts, bounces=bounces)
     records = {name: catalogue.surface(name) for name in scene.material_ids}

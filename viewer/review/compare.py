@@ -1,4 +1,4 @@
-"""Comparison of pictures with the reference: ΔE94 over the pixels of each material that is judged."""
+"""Comparison of images with the reference: ΔE94 over the pixels of each judged material."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from .draw import ReviewDrawing
 
 @dataclass(frozen=True, eq=False)
 class PictureComparison:
-    """One material of a drawing: share (H, W) of each pixel that shows it, ΔE94 (H, W) there, and its statistics.
+    """Comparison of one material: its share (H, W) of each pixel, ΔE94 (H, W) there, and statistics.
 
-    shift : mean ΔL*, Δa*, Δb* of picture less truth. worst : row and column of the largest ΔE94, and CIELAB (2, 3) of
-    truth and picture there; None where no pixel holds a number.
+    shift : mean ΔL*, Δa*, Δb*, image minus reference. worst : row and column of the largest ΔE94, and CIELAB (2, 3) of
+    reference and image there; None without valid pixels.
     """
 
     material: str
@@ -37,11 +37,11 @@ class PictureComparison:
 
 
 def compare_pictures(setting: Setting, case: ReviewCase, drawing: ReviewDrawing) -> Iterator[PictureComparison]:
-    """Yield each material that is judged, over the pixels that show it.
+    """Yield the comparison of each judged material, over its pixels.
 
     Raises
     ------
-    InputError : a material and illuminant of which no pixel can be compared.
+    InputError : a material and illuminant without comparable pixels.
     """
     for material in case.judged:
         begun = time.perf_counter()
@@ -57,7 +57,7 @@ def compare_pictures(setting: Setting, case: ReviewCase, drawing: ReviewDrawing)
 
 
 def _worst(difference: Float[np.ndarray, "H W"]) -> tuple[int, int]:
-    """Find the largest difference among the pixels that hold a number."""
+    """Find the largest difference among valid pixels."""
     at = np.argmax(np.where(np.isfinite(difference), difference, -1.0))
     row, column = np.unravel_index(int(at), difference.shape)
     return int(row), int(column)
@@ -71,7 +71,7 @@ def _statistics(difference: Float[np.ndarray, "H W"], material_id: str, illumina
 
 
 def _share_of(geometry: VisibleGeometry, scene: Scene, material_id: str) -> Float[np.ndarray, "H W"]:
-    """(H,W) share of each pixel that shows a material."""
+    """Return the share (H,W) of each pixel covered by a material."""
     wearing = [index for index, part in enumerate(scene.parts) if part.material == material_id]
     pixels = geometry.pixel[np.isin(geometry.part, wearing)]
     hits = np.bincount(pixels, minlength=geometry.rows * geometry.width)

@@ -1,4 +1,4 @@
-"""One case of a review drawn: the sample from fast forms beside the truth from the original data, light by light."""
+"""Rendering of one case of a review: image from fast forms and reference from original data, light by light."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from .references import Reference
 
 @dataclass(frozen=True, eq=False)
 class ReviewDrawing:
-    """A case under one illuminant.
+    """Rendered case under one illuminant.
 
-    scene : as it is lit. illuminant : its name, `own_light` where each light keeps its own spectrum. white (3,).
+    scene : under the illuminant. illuminant : its name, `own_light` for the lights' own spectra. white (3,).
     sample, truth : XYZ, float32, and the `coverage` of each; truth_xyz (H, W, 3) : in float64.
     shown (h, w, 3) : encoded for the display, over the scene's background. cut_out (h, w, 4), truth_cut_out (H, W, 4) :
-    picture and truth in 8 bits without a background, transparent where no surface is; what is shown may be larger.
-    noise : of the truth, where directions were drawn for it.
+    image and reference in 8 bits without background, transparent outside surfaces; the shown image may be larger.
+    noise : of the reference; None without sampling.
     notes : of the display transform. seconds : of the steps "render", "reference" and "encode".
     """
 
@@ -46,7 +46,7 @@ class ReviewDrawing:
 
 
 def draw(setting: Setting, case: ReviewCase, reference: Reference, warn: Warn) -> Iterator[ReviewDrawing]:
-    """Yield the case under each illuminant; pictures that the display clips are said."""
+    """Yield the case under each illuminant; warn of images that the display clips."""
     scene, display = setting.scene, setting.display
     begun = time.perf_counter()
     shown = dict(case.surfaces)

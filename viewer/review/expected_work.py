@@ -1,7 +1,7 @@
-"""Expected work of a review, which the time left is estimated from.
+"""Expected work of a review, for estimating the remaining time.
 
-Each case has a reference, which is computed in processes of its own, and its rows; at the end comes the report of all.
-Seconds need to be right beside each other, not on every machine: `TimeLeft` corrects them by what is done.
+Each case has a reference, computed in separate processes, and rows; the report of all comes last. Only ratios of
+seconds matter: `TimeLeft` scales them by the work done.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _FIRST_ROWS = 4.0
 
 
 class ReviewWork:
-    """Work of one review in an estimate that may be of several, one after the other; `out` tells them apart."""
+    """Work of one review in an estimate for several successive ones, identified by `out`."""
 
     def __init__(self, out: Path, left: TimeLeft) -> None:
         self._out, self._left = out, left
@@ -45,9 +45,9 @@ class ReviewWork:
         lights: int,
         jobs: int,
     ) -> None:
-        """Expect cases, each a scene and the materials that are judged, under so many lights; once is enough.
+        """Set the expected cases, each a scene and its judged materials, and the number of lights; idempotent.
 
-        The first of a model in each process takes longer than those that follow it.
+        In each process the first case of a model takes longer than later ones.
         """
         if (self._out, "report") in self._left:
             return
@@ -78,30 +78,30 @@ class ReviewWork:
         illuminants: Sequence[str] | None,
         jobs: int,
     ) -> None:
-        """Expect the cases of a review that is begun later: see `review`."""
+        """Set the expected cases of a later review: see `review`."""
         views = scene.camera(camera), None
         lights = len(reviewed_lights_of(scene, illuminants))
         self.expect(pictured_scenes(scene, catalogue, materials), catalogue, views, lights, jobs)
 
     def there(self, number: int) -> None:
-        """The rows of a case were drawn before."""
+        """Mark a case whose rows exist."""
         for what in ("reference", "rows"):
             self._left.done((self._out, what, number), 0.0)
 
     def first(self, number: int) -> None:
-        """The case whose rows are drawn first is known."""
+        """Mark the case whose rows are drawn first."""
         self._left.expect((self._out, "rows", number), "first rows", _FIRST_ROWS, "behind")
 
     def traced(self, number: int, share: float) -> None:
-        """Share of the reference of a case that is done."""
+        """Set the finished share of a case's reference."""
         self._left.at((self._out, "reference", number), share)
 
     def rows(self, number: int, share: float) -> None:
-        """Share of the rows of a case that are drawn and written."""
+        """Set the finished share of a case's rows."""
         self._left.at((self._out, "rows", number), share)
 
     def report(self, share: float) -> None:
-        """Share of the report that is written."""
+        """Set the finished share of the report."""
         self._left.at((self._out, "report"), share)
 
 

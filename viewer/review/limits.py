@@ -1,4 +1,4 @@
-"""Parts of a picture that its display cannot show: beyond its gamut, darker than its black, brighter than its white."""
+"""Parts of an image that its display cannot show: out of gamut, darker than black, brighter than white."""
 
 from __future__ import annotations
 
@@ -19,11 +19,12 @@ BELOW_GAMUT, ABOVE_WHITE, BELOW_BLACK = 1, 2, 4
 def limits_of(
     image: ColourImage, share: Float[np.ndarray, "H W"], display: DisplayTransform
 ) -> tuple[Limits, UInt8[np.ndarray, "H W"]] | None:
-    """Shares of a surface that the display cannot show, and which pixels they are; None where the view hides it.
+    """Compute the shares of a surface that the display cannot show, and their mask; None if the view limits values
+    itself.
 
-    image : XYZ of the picture. share : of each pixel that the surface covers; it is judged where that is all of it.
-    The mask has `BELOW_GAMUT` for a channel below its range, `ABOVE_WHITE` for one above, `BELOW_BLACK` beside the
-    first for what is darker than its black, and their sums.
+    image : XYZ. share : coverage of each pixel by the surface; only fully covered pixels are judged. The mask has
+    `BELOW_GAMUT` for a channel below its range, `ABOVE_WHITE` for one above, `BELOW_BLACK` in addition for colours
+    darker than black, and their sums.
     """
     if not display.shows_limits:
         return None
@@ -48,7 +49,7 @@ def _off(
     chosen: Bool[np.ndarray, "N"],
     display: DisplayTransform,
 ) -> float | None:
-    """Mean ΔE2000 of chosen colours and what is shown in their place."""
+    """Return the mean ΔE2000 between chosen colours and the displayed ones."""
     if not chosen.any():
         return None
     try:

@@ -1,4 +1,4 @@
-"""The references of a review, computed by several processes: they cost far more than the pictures."""
+"""References of a review, computed by several processes, since they are far more expensive than images."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ from ...spectral.spectrum import Spectrum
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """Pictures (M,H,W,3), float64, one for each spectrum; the seconds that they took together; their noise."""
+    """Reference images (M,H,W,3), float64, one per spectrum, with their total seconds and noise."""
 
     xyz: Float[np.ndarray, "M H W 3"]
     seconds: float
     noise: ReferenceNoiseEstimate | None = None
 
     def noise_of(self, number: int) -> ReferenceNoise | None:
-        """Return the noise of one of the pictures, as a row has it."""
+        """Return the noise of one of the images, for a row."""
         noise = self.noise
         if noise is None:
             return None
         return ReferenceNoise(noise.mean[number], noise.p99[number], noise.aimed, noise.directions, noise.limited)
 
 
-# State of a worker process, set once by `_start_worker`: geometry is large and the same for every material, and sums
-# over directions are recognised by their meshes and lights.
+# State of a worker process, set by `_start_worker`, since geometry is large and shared by all materials, and cached
+# sums are found by its meshes and lights.
 _worker: dict = {}
 
 
@@ -53,11 +53,11 @@ def reference_pictures(
     budget: float = 1.0,
     heard: Callable[[int, float], None] | None = None,
 ) -> Generator[Reference, None, None]:
-    """References of scenes that differ in materials only, in their order, each under all `spectra`, with the bounces of
-    each scene, which are a number (`indirect_cache.with_counted_bounces`).
+    """Yield the references of scenes that differ in materials only, in order, each under all `spectra`, with the
+    scene's number of bounces (`indirect_cache.with_counted_bounces`).
 
-    `geometry` is what `view` sees of any of them; `budget` is what rows are judged by (`reference_images`). With one
-    job, or one scene, everything happens in this process. `heard` hears (number of the scene, share of it done).
+    `geometry` is the common visible geometry of `view`; `budget`: see `reference_images`. With one job or scene no
+    process is started. `heard` receives (index of the scene, share done).
     """
     start = _start_worker, (catalogue.folder, scenes, view, spectra, geometry, budget)
     tasks = ((number,) for number in range(len(scenes)))
@@ -95,7 +95,7 @@ def reference_of(
     budget: float,
     say: Callable[[float], None] = lambda share: None,
 ) -> Reference:
-    """Compute the reference of one scene, as `reference_pictures` does; `say` hears the share that is done."""
+    """Compute the reference of one scene, as in `reference_pictures`; `say` receives the share done."""
     start = time.perf_counter()
     found = reference_images(
         scene,
