@@ -7,6 +7,7 @@ import re
 import unicodedata
 from functools import lru_cache
 from pathlib import Path
+from typing import NamedTuple
 
 from ....runtime.errors import InputError
 from ....runtime.files import existing_file
@@ -29,6 +30,19 @@ _FILLED = re.compile(rb"\0+")
 _LEAST_BETWEEN = 20
 
 _JCAMP = re.compile(r"\s{0,99}##\s?(?:TITLE|JCAMP-?DX)\s{0,9}=", re.I)
+
+_RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+# A power of ten: behind a sign of multiplication or division or a word for one, before a unit, or alone in brackets.
+_RAISED_TEN = r"10 ?(?:\^|\*\*) ?\(?[-−+]?\d{1,2}\)?|10?(?:[.,]0)?e[-−+]?\d{1,2}"
+_TEN = rf"(?:{_RAISED_TEN}|0[.,]0*1(?!\d)|10+(?![\d.,]))"
+_TENTHS = {"tenth": 1, "ten": 1, "hundredth": 2, "hundred": 2, "thousandth": 3, "thousand": 3}
+_TIMES = (
+    r"(?<![A-Za-z\d])(?<!\d )x|[·÷]|(?<!\d)(?<!\d )[×*]|times|\bby|scal\w{1,3}(?: factor)?\W{1,3}|"
+    r"mult\w+\W{1,3}|(?<!ance )\bfactor\W{1,3}|(?<!\d)(?<!\d )(?<!(?-i:[A-Z]))(?: /|/)|"
+    r"(?<![A-Za-z])[RT] ?/|(?<!\d)1 ?[/:]"
+)
+# A power that may be two: 10e-3.
+_UNCLEAR = 99
 
 #: Spellings of "no value here" in a cell.
 MISSING = frozenset({"", "-", "--", "---", "nan", "na", "n/a", "n.a.", "#n/a", "null", "none", "nil", "."})
@@ -160,6 +174,53 @@ def is_missing(cell: str) -> bool:
 def one_line(words: str) -> str:
     """Words with single spaces, no longer than any header: what patterns are tried on stays small."""
     return " ".join(words[:8000].split())
+
+
+class PowerOfTen(NamedTuple):
+    """A power of ten in words, without its sign, and whether a unit is behind it, or a sign of division before it."""
+
+    power: int
+    of_unit: bool = False
+    over: bool = False
+
+
+def power_of_ten(words: str, units: str) -> PowerOfTen | None:
+    """Find the power of ten that words multiply or divide something by; of two that may be meant, a large one.
+
+    units : pattern of what it may stand before.
+
+    >>> power_of_ten("Wavelength x10 (nm)", "nm"), power_of_ten("0.1 nm", "nm"), power_of_ten("R D65/10", "nm")
+    (PowerOfTen(power=1, of_unit=False, over=False), PowerOfTen(power=1, of_unit=True, over=False), None)
+    """
+    found = _tenfold(units).search(lowered(one_line(words)))
+    if found is None:
+        return None
+    if found["tenths"]:
+        return PowerOfTen(_TENTHS[found["tenths"].lower()], True)
+    text = next(filter(None, found.groups())).replace(",", ".").replace("−", "-")
+    raised = re.search(r"[\^*]\D*(\d+)", text)
+    if raised or not re.match("10.*e", text, re.I):
+        power = int(raised[1]) if raised else abs(round(math.log10(float(text))))
+    else:
+        power = _UNCLEAR
+    over = re.match(r"\W*(?:[RT] ?)?[/÷]", found[0], re.I) is not None or "divided" in words
+    return PowerOfTen(power, found["before"] is not None, over)
+
+
+@lru_cache(maxsize=4)
+def _tenfold(units: str) -> re.Pattern[str]:
+    behind = rf"(?![\d°]| ?[A-Za-z°µμ])(?! ?(?:{units}))|(?= ?(?:{units}))"
+    return re.compile(
+        rf"\b(?P<tenths>{'|'.join(_TENTHS)})s?(?: of|\W*$)|(?:{_TIMES}) ?\(?(?P<times>{_TEN})(?:{behind})|"
+        rf"(?<![\w.,])(?P<before>{_TEN}) ?[x×*·]? ?(?:{units})|"
+        rf"[\[(] ?(0[.,]0*1) ?[\])]|(?<![\w.,])({_RAISED_TEN})(?:{behind})",
+        re.I,
+    )
+
+
+def lowered(words: str) -> str:
+    """Return words with raised digits, as in 10⁻⁹, behind a sign for a power."""
+    return re.sub("[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+", lambda match: f"^{match[0].translate(_RAISED)}", words)
 
 
 def shortened(words: str, most: int = 80) -> str:

@@ -8,7 +8,7 @@ from typing import Literal, get_args
 
 from ...spectrum import Quantity
 from .languages import number_of_sample, spelt
-from .text import one_line
+from .text import one_line, power_of_ten
 
 Unit = Literal["percent", "fraction"]
 Meaning = Quantity | Literal["sensitivity"]
@@ -188,19 +188,17 @@ _PERHAPS_IDENTIFIER = re.compile(
 _PERCENT = re.compile(
     rf"(?<![\d.,])(?<!\d\s)%|\b0\W{{1,5}}100\s?%|percent|{spelt('percent')}|\bpct\b|_pct|"
     r"(?:r[eé]?fl\w*|remission|trans\w*|factor|scale|units?|\b[RT]|^)[^\w%]{0,4}"
-    r"(?:0 ?(?:-|–|to|\.\.+|…) ?100\b(?! ?(?:nm|mm|°|deg))|(?:(?<!\w)x|[×*]|times) ?100\b)|"
-    r"\b100 ?[x×*·] ?(?:[RT]\b|r[eé]?fl|trans)",
+    r"0 ?(?:-|–|to|\.\.+|…) ?100\b(?! ?(?:nm|mm|°|deg))",
     re.I,
 )
+# Words beside which a hundred, by which all is multiplied, makes percent; and what a power of ten may stand before.
+_HAS_SCALE = re.compile(rf"{_REFLECTANCE.pattern}|{_TRANSMITTANCE.pattern}|\b[RT]\b|factor|scale|units?", re.I)
+_SCALED = r"(?:(?<=[x×*·])|(?<=[x×*·] ))[RT](?![A-Za-z])|r[eé]?fl|trans|%[\])]|% ?[RT](?![A-Za-z])"
 # Scales that are neither to 1 nor to 100, which no numbers tell: a range of codes, a factor, thousandths.
 _OTHER_SCALE = re.compile(
     r"‰|per ?mill?e?\b|promille|\bpp[mb]\b|\b\d\d? ?-?bits?\b|"
-    r"\b0 ?(?:-|–|to|\.\.+|…) ?(?:255|1000|1023|4095|10000|65535)\b(?! ?(?:nm|mm|°|deg))|"
-    r"\b(?:10(?:00|000)?|255|65535) ?[x×*·] ?(?:[RT]\b|r[eé]?fl|trans)|"
-    r"(?:reflectance|transmittance|\b[RT]) ?/ ?10+\b(?! ?(?:nm|mm|°|deg)|.*%)|"
-    r"(?:(?<!\d)[x×*]|times|scaled?(?: by)?|multiplied by|divided by|(?<![A-Z0-9])/) ?(?:10(?:00|000)?|255|65535)"
-    r"(?!\d| ?(?:nm|mm|°|deg|\^|\*\*)|[⁻¹²³⁴])|"
-    r"(?<![\d.])1e[-−+]?0?[134]\b|(?<!\d)10 ?(?:\^|\*\*) ?\(?[-−]?[134]\b|(?<!\d)10⁻?[¹³⁴](?!\d)",
+    r"\b0 ?(?:-|–|to|\.\.+|…) ?(?:10|255|1000|1023|4095|10000|65535)\b(?! ?(?:nm|mm|°|deg))|"
+    r"(?<!\d)(?:(?<!\w)[x×*/]|times|scaled?(?: by)?|multiplied by|divided by) ?(?:255|65535)(?!\d| ?(?:nm|mm|°|deg))",
     re.I,
 )
 _FRACTION = re.compile(
@@ -505,19 +503,29 @@ def _called_statistics(names: Sequence[str], said: Sequence[Sequence[str]]) -> l
 def unit_in(words: str) -> Unit | None:
     """Return whether words say percent or fractions of 1, None if they do not."""
     words = one_line(words)
-    if _PERCENT.search(words):
+    if _PERCENT.search(words) or (_HAS_SCALE.search(words) and _power(words) == 2):
         return "percent"
     return "fraction" if _FRACTION.search(words) else None
 
 
-def other_scale_in(words: str) -> str | None:
-    """Return the scale that words name where it is neither percent nor fractions of 1, such as "x1000" and "0-255".
+def other_scale_in(words: str, power_alone: bool = False) -> str | None:
+    """Return words that name a scale which is neither percent nor fractions of 1, such as "x1000" and "0-255".
 
-    >>> other_scale_in("Reflectance x1000"), other_scale_in("Reflectance (0-1)"), other_scale_in("R D65/10")
-    ('x1000', None, None)
+    power_alone : whether no other sign than a power of ten counts, as in names.
+
+    >>> other_scale_in("Reflectance 0-255"), other_scale_in("Reflectance (0-1)"), other_scale_in("R D65/10")
+    ('0-255', None, None)
     """
-    found = _OTHER_SCALE.search(one_line(words))
-    return found[0].strip() if found else None
+    words = one_line(words)
+    if not power_alone and (found := _OTHER_SCALE.search(words)):
+        return found[0].strip()
+    return words if _power(words) not in (None, 0, 2) else None
+
+
+def _power(words: str) -> int | None:
+    """Return the power of ten of a scale; what is divided by a hundred may have been percent, and is none of these."""
+    found = power_of_ten(words, _SCALED)
+    return found and (-1 if found.over and found.power == 2 else found.power)
 
 
 _SURFACE = re.compile(

@@ -12,6 +12,7 @@ from jaxtyping import Float
 
 from ....runtime.errors import InputError
 from ..shared.languages import spelt
+from ..shared.text import lowered, power_of_ten
 
 # c in m/s, h in J s, e in C: exact by the definition of the SI (BIPM, 2019); and c in nm per ps, which is nm times THz,
 # and h c / e in nm times eV.
@@ -91,7 +92,16 @@ _OVER_UNIT = re.compile(
 _LENGTHS_NM = {"nm": 1.0, "um": 1e3, "mm": 1e6, "m": 1e9}
 _MICROMETRE = re.compile(r"[µμ]m|(?<![A-Za-z])um(?![A-Za-z])|microns?\b|micromet", re.I)
 _ANGSTROM = re.compile(r"[åÅ]|angstr|ångstr|[\[(]\s?(?-i:A)\s?[\])]", re.I)
-_METRE = re.compile(r"[\[(]\s?m\s?[\])]")
+# Metres and parts of them, in brackets; behind a power of ten, in which they are counted.
+_METRES = re.compile(
+    r"(?:[\[(] ?|(?P<power>10 ?(?:\^|\*\*) ?\(?[-−]|1e[-−])(?P<places>\d{1,2})\)? ?[·*×]? ?)"
+    r"(?-i:(?P<prefix>[pcm]?)m)(?= ?[\])]|\W*$)",
+    re.I,
+)
+_METRES_NM = {"": 1e9, "c": 1e7, "m": 1e6, "p": 1e-3}
+# Units before which a power of ten may stand.
+_UNITS = r"nanomet|micron|angstr|(?:nm|[µμu]m|[åÅ]|[kMGTP]?Hz|m?eV|cm)(?![a-z])"
+_STEP = re.compile(r"step|interval|increment|band|slit|resol|fwhm|\bpas\b|schritt|abstand", re.I)
 _NANOMETRE = re.compile(r"(?<![A-Za-z/])nm(?![A-Za-z])|nanomet", re.I)
 _NO_LENGTH = re.compile(
     r"^\W*(?:photon[ _]?|angular[ _]?|optical[ _]?)?(?:frequenc(?:y|ies)|freq|frequenz|fr[eé]quence|energ(?:y|ies|ie)|"
@@ -137,7 +147,7 @@ def axis_unit(words: str) -> AxisUnit | None:
         return AxisUnit(match[0].strip(), _LENGTHS_NM[length] if length else 1e4, True)
     if _NANOMETRE.search(words):
         return NANOMETRE
-    for pattern, length in ((_MICROMETRE, ("µm", 1e3)), (_ANGSTROM, ("Å", 0.1)), (_METRE, ("m", 1e9))):
+    for pattern, length in ((_MICROMETRE, ("µm", 1e3)), (_ANGSTROM, ("Å", 0.1))):
         if pattern.search(words):
             return AxisUnit(*length)
     if match := _ANGULAR.search(words):
@@ -148,12 +158,59 @@ def axis_unit(words: str) -> AxisUnit | None:
     if match := _ENERGY.search(words):
         scale = {"": 1.0, "m": 1e-3, "k": 1e3}[(match["prefix"] or "").lower()]
         return _reciprocal(match[0], _NM_EV / scale, None)
-    return AxisUnit("cm-1", 1e7, True) if _WAVENUMBER.search(words) else None
+    if _WAVENUMBER.search(words):
+        return AxisUnit("cm-1", 1e7, True)
+    if match := _METRES.search(lowered(words)):
+        nm = _METRES_NM[match["prefix"]] / 10.0 ** int(match["places"] or 0)
+        return AxisUnit(match[0].strip(" [()]"), nm)
+    return None
 
 
 def _reciprocal(name: str, nm: float, power: str | None) -> AxisUnit:
     name = name.strip()
     return AxisUnit(f"({name})" if power or "/" in name else name, nm / 10.0 ** int(power or 0), True)
+
+
+def scaled(
+    values: Float[np.ndarray, "L"], unit: AxisUnit, heading: str, field: str
+) -> tuple[Float[np.ndarray, "L"], str]:
+    """Return the values of an axis whose heading has a power of ten, such as "nm x10", in its unit, and what was done
+    for a note, "" where nothing was: multiplied or divided, whichever makes light of them; field : where it stands.
+
+    Raises
+    ------
+    InputError
+        They are light as they stand, and the power of ten is not their step; or neither way.
+    """
+    own = lowered(heading[:2000])
+    for pattern in (_FREQUENCY, _ANGULAR, _METRES):
+        own = pattern.sub("", own)
+    found = None if _STEP.search(own) else power_of_ten(own, _UNITS)
+    if found is None or not values.size:
+        return values, ""
+    ways = {"multiplied": values * 10.0**found.power, "divided": values / 10.0**found.power}
+    fitting = [way for way, tried in ways.items() if _are_seen(tried, unit)]
+    if _are_seen(values, unit):
+        # "Wavelength (10 nm)" may speak of their step.
+        if not found.power or (found.of_unit and np.allclose(np.abs(np.diff(values)), 10.0**found.power)):
+            return values, ""
+    elif len(fitting) == 1:
+        return ways[fitting[0]], f"{fitting[0]} by {10**found.power}"
+    raise InputError(
+        "a power of ten at the axis that its values do not bear out",
+        field=field,
+        found=f"{values[0]:g} ... {values[-1]:g} below {heading.strip()!r}",
+        expected="wavelengths of light, as they stand or by that power of ten",
+        hint="write the wavelengths themselves and their unit: Wavelength (nm)",
+    )
+
+
+def _are_seen(values: Float[np.ndarray, "L"], unit: AxisUnit) -> bool:
+    """Return whether values of an axis are wavelengths that reach into the visible."""
+    if unit.reciprocal and not values.min() > 0.0:
+        return False
+    nm = unit.wavelengths_nm(values)
+    return bool(nm.min() >= 100.0 and nm.min() <= 700.0 and nm.max() >= 420.0)
 
 
 def is_reciprocal_header(cell: str) -> bool:

@@ -37,6 +37,7 @@ _WITH_WORD = re.compile(
 # "400 (%)", "400 %R": percent at a wavelength.
 _WITH_PERCENT = re.compile(r"(?P<nm>\d{3,4}(?:[.,]\d{1,6})?)\s?(?:[\[(]\s?%\s?[RT]?\s?[\])]|%\s?[RT])", re.I)
 
+_SHORTEST_NAMED, _SCALE = 100.0, re.compile(r"(?<![A-Za-z\d])[x×*/] ?10+\b", re.I)
 _DIGIT = re.compile(r"\d")
 # Least content of two cells with a number each.
 _TWO_NUMBERS = re.compile(r"\d\D+\d")
@@ -87,7 +88,9 @@ def _wavelength(cell: str, decimal: str) -> tuple[float, bool] | None:
         return None
     unit = match.groupdict().get("unit") or "nm"
     nm = 1.0 if unit[0] in "nN" else 0.1 if unit in "åÅ" else 1000.0
-    return float(match["nm"].replace(",", ".")) * nm, True
+    found = float(match["nm"].replace(",", ".")) * nm
+    # "Wavelength (10 nm)" and "Wavelength x1000 (nm)" name a step or a scale.
+    return None if found < _SHORTEST_NAMED or _SCALE.search(cell) else (found, True)
 
 
 def _named(cell: str) -> re.Match[str] | None:

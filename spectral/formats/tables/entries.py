@@ -28,14 +28,11 @@ from ..shared.decisions import Sign, ValueRange, divisor_of, power_per_frequency
 from ..shared.entry_rules import DELETED, Gathering, in_visible
 from ..shared.text import shortened
 from ..shared.words import names_power_per_frequency, quantity_in, unit_in
-from .axis import NANOMETRE, refuse_angstroms, refuse_even_reciprocals
+from .axis import NANOMETRE, refuse_angstroms, refuse_even_reciprocals, scaled
 from .makers import name_by_maker
 from .parsing import TextTable
-from .quantities import counts_removed, identifiers_removed, judge, scatter_removed
+from .quantities import OF_SCALES, counts_removed, identifiers_removed, judge, scatter_removed
 from .section import Column
-
-# Words of a line above a table that speaks of the scale of its values.
-_OF_SCALES = r"unit|scale|\b(?:values?|data|numbers) (?:are |is )?(?:in|as|given|stated|expressed)\b"
 
 
 def table_entries(
@@ -188,12 +185,14 @@ def _refuse_two_scales(columns: Sequence[Column], values: ValueRange) -> None:
 def _grid(column: Column, gathering: Gathering) -> np.ndarray:
     """Wavelengths of a column in nm; those that nothing but micrometres can be, and that are called wavelengths."""
     values = np.asarray(column.wavelengths, dtype=np.float64)
-    axis = column.axis
+    axis, where = column.axis, "first column" if column.place != (0, 0) else "header"
+    values, tenfold = scaled(values, axis, column.axis_words, where)
+    if tenfold:
+        gathering.note(f"the axis is {tenfold}, the power of ten in {shortened(column.axis_words.strip(), 60)!r}")
     if column.axis_by_line and values.size and _are_of_light(values) and values.min() > 0.0:
         # A line above may speak of something else.
         axis = axis if _are_of_light(axis.wavelengths_nm(values)) else NANOMETRE
     if column.unsaid or column.unit_open:
-        where = "first column" if column.place != (0, 0) else "header"
         refuse_angstroms(values, where)
         if column.unsaid:
             refuse_even_reciprocals(values, where)
@@ -255,6 +254,6 @@ def _unit(column: Column) -> tuple[Scale | None, str]:
         if unit := unit_in(words):
             return unit, f"{what} {shortened(words, 60)!r}"
     for line in column.around.splitlines():
-        if (quantity_in(line) in about or re.search(_OF_SCALES, line, re.I)) and (unit := unit_in(line)):
+        if (quantity_in(line) in about or re.search(OF_SCALES, line, re.I)) and (unit := unit_in(line)):
             return unit, f"the line {shortened(line, 60)!r}"
     return None, ""

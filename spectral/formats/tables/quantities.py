@@ -46,6 +46,7 @@ from ..shared.words import (
     quantity_in_lines,
     quantity_of_set,
     statistics_among,
+    unit_in,
 )
 from .axis import LIGHT_NM
 from .rows import refuse_wavelengths
@@ -59,6 +60,10 @@ _OF_POWER = (
     rf"deriv[ae]t|{spelt('derivative', 'difference')}|difference|differential|\bdelta\b|[Δ∆]|\bsqrt|√|"
     r"square root|\bsquared?\b|"
     r"\bdB(?:[mW]|(?![a-z]))|decibel|\b(?:log(?:_?10)?|ln)\b|\bd ?(?:ir)?radiance ?/ ?d"
+)
+#: Words of a line above a table that speaks of the scale of its values.
+OF_SCALES = (
+    r"unit|scal[ei]|\by.?factor|multip|\b(?:values?|data|numbers) (?:are |is )?(?:in|as|given|stated|expressed)\b"
 )
 _TITLE = re.compile(r"title|comments?|descript\w*|name|sample(?: ?name)?|material|product|object", re.I)
 _WANTED = "reflectance, transmittance or emission"
@@ -158,11 +163,14 @@ def _stated(columns: Sequence[Column], answer: ImportOptions, path: Path) -> lis
         power = all(names_power(column.words or column.unit) and not _may_be_counted(column) for column in silent)
         perhaps = power and _may_be_fractions(silent)
         counted = counts_in_lines(of_table[0].around) if around is None else None
+        scaled = next(filter(_has_other_scale, of_table[0].around.splitlines()), None)
         for column, own in zip(of_table, owned, strict=True):
             words = column.words if column.unit in column.words else column.heading
             heading = f"the heading {shortened(words.strip(), 60)!r}"
             if together:
                 stated.append(Sign("heading", together, f"the headings {shortened(', '.join(heads), 60)!r}", True))
+            elif scaled and (own or around) in _SURFACES and unit_in(column.heading) is None:
+                stated.append(Sign("lines", "other scale", f"the line {shortened(scaled.strip(), 60)!r}", True))
             elif around == "perhaps absorbance" and not own:
                 stated.append(Sign("lines", "absorbance", f"the line {shortened(line, 60)!r}"))
             elif around and not own:
@@ -173,6 +181,12 @@ def _stated(columns: Sequence[Column], answer: ImportOptions, path: Path) -> lis
                 says = own or ("emission" if power else None)
                 stated.append(Sign("heading", says, heading, bool(own) or not perhaps) if says else None)
     return stated
+
+
+def _has_other_scale(line: str) -> bool:
+    """Return whether a line above a table says that its values are on a scale of their own."""
+    about = quantity_in(line) in _SURFACES or re.search(OF_SCALES, line, re.I)
+    return bool(about and other_scale_in(line))
 
 
 def _may_be_fractions(columns: Sequence[Column]) -> bool:
@@ -200,7 +214,8 @@ def _own(column: Column, heads: Sequence[str]) -> str | None:
         return "derived"
     if own in (*_SURFACES, "emission") and " " in column.words.strip() and names_scatter(column.words):
         return "scatter"
-    if own in ("reflectance", "transmittance", "radiance factor") and other_scale_in(column.heading):
+    of_values = column.heading.replace(column.axis_words, " ") if column.axis_words else column.heading
+    if own in (None, *_SURFACES) and other_scale_in(of_values, power_alone=own is None):
         return "other scale"
     # "a.u." behind a word for power are arbitrary units.
     return None if own == "absorbance" and names_power(column.words) else own
@@ -266,7 +281,7 @@ def _check(column: Column, sign_stated: Sign | None, path: Path) -> None:
         sign_stated = Sign("names", "absorbance", f"the name {shortened(density, 40)!r}", True)
     if sign_stated and sign_stated.states and sign_stated.says in _REFUSED:
         problem, hint = _REFUSED[sign_stated.says]
-        found = column.words or column.unit or sign_stated.words
+        found = (sign_stated.origin != "lines" and (column.words or column.unit)) or sign_stated.words
         raise InputError(problem, field=column.name, found=found, expected=_WANTED, hint=hint)
     if column.bad is not None:
         line, cell = column.bad

@@ -17,7 +17,7 @@ from ..shared.decisions import NO_COUNTS
 from ..shared.languages import OF, spelt
 from ..shared.text import shortened
 from ..shared.words import is_of_rows, measured, quantity_in, quantity_in_lines, unit_in
-from .axis import LIGHT_NM, NANOMETRE, check_axis, is_reciprocal_header, stated_unit
+from .axis import LIGHT_NM, NANOMETRE, axis_unit, check_axis, is_reciprocal_header, stated_unit
 from .dialect import Dialect, in_percent, words_beside
 from .layout import (
     Row,
@@ -258,9 +258,9 @@ def empty_columns(
         axis_words = f"{cell(heads, axis)} {cell(units, axis)}"
         check_axis(cell(heads, axis))
         labelled = table.text.dialect.names_wavelength(cell(cells, axis))
-        axis_unit, by_line = stated_unit(axis_words, [] if labelled else table.words.splitlines()[:400])
-        is_open = axis_unit is None and is_wavelength_header(f"{axis_words} {said}")
-        unsaid = axis_unit is None and not (is_open or labelled)
+        stated, by_line = stated_unit(axis_words, [] if labelled else table.words.splitlines()[:400])
+        is_open = stated is None and is_wavelength_header(f"{axis_words} {said}")
+        unsaid = stated is None and not (is_open or labelled)
         name = _name(table, head, at, axis, width - len(axes) - len(words or ()))
         if _BASELINE.fullmatch(name) and width - len(axes) > 1:
             aside.append(name)
@@ -271,8 +271,9 @@ def empty_columns(
                 head,
                 unit,
                 array("d"),
-                axis_unit or NANOMETRE,
+                stated or NANOMETRE,
                 by_line,
+                axis_words,
                 unit_open=is_open,
                 unsaid=unsaid,
                 place=(at, axis),
@@ -413,6 +414,7 @@ def read_across(table: Section, rows: Iterable[Row], notes: list[str]) -> None:
             array("d", ((dialect.wavelength(heads[at]) or (math.nan,))[0] for at in run)),
             axis or NANOMETRE,
             by_line,
+            " ".join(head for head in heads[: min(taken)] if is_wavelength_header(head) or axis_unit(head)),
             unit_open=unsaid and is_wavelength_header(before),
             unsaid=unsaid and not is_wavelength_header(before),
         )

@@ -35,6 +35,7 @@ class Column:
     words, unit : its header, and the unit in it.
     wavelengths, values : as in the file; NaN where a cell is empty.
     axis, axis_by_line : unit of `wavelengths`, and whether a line above the table gives it.
+    axis_words : its heading and the unit below.
     bad : line and text of the first cell that is neither a number nor empty.
     in_percent, without_sign : whether a number has a percent sign, and the largest of those that have none.
     beside : other cells that belong to it, by header.
@@ -57,6 +58,7 @@ class Column:
     wavelengths: array[float]
     axis: AxisUnit = NANOMETRE
     axis_by_line: bool = False
+    axis_words: str = ""
     values: array[float] = field(default_factory=lambda: array("d"))
     bad: tuple[int, str] | None = None
     in_percent: bool = False

@@ -252,3 +252,49 @@ def test_an_axis_without_a_unit_that_is_of_light_as_angstroms_is_asked_about(wri
     # An axis that reaches into light as nm is in nm.
     wide = np.linspace(350.0, 11000.0, len(NM))
     assert read_csv(written(table(wide, "wavelength"))).entries[0].spectrum.wavelengths_nm[-1] == 11000.0
+
+
+POWERS = {
+    "Wavelength x10 (nm)": 10, "nm/10": 10, "Wavelength*10 [nm]": 10, "λ (×10 nm)": 0.1, "λ/(10 nm)": 0.1,
+    "Wavelength (10 nm)": 0.1, "Wavelength [0.1 nm]": 10, "λ (nm·10)": 10, "10*nm": 10, "λ·10⁻² / nm": 0.01,
+    "Wavelength x1000 (µm)": 1, "Wavelength (1/10 nm)": 10, "tenths of nm": 10, "Wavelength (nm) divided by 100": 0.01,
+    "Wavelength (nm), scale factor 10": 10, "wave (nm x 1e-2)": 100, "Wellenlänge ÷ 10 (nm)": 0.1, "波長 (×0.1 nm)": 10,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("heading", POWERS)
+def test_a_power_of_ten_in_the_heading_of_an_axis_is_undone_where_that_makes_light_of_it(written, heading):
+    axis = NM * POWERS[heading]
+    between = ";" if "," in heading else ","
+    cells = (
+        (f"name{between}{heading}", *(f"{at:.9g}" for at in axis)),
+        ("reflectance", "", *(f"{at:.6g}" for at in RED)),
+    )
+    across = "\n".join(map(between.join, cells)) if 100.0 <= min(axis) <= 5000.0 else ""
+    for content in filter(None, (table(axis, heading, between=between), across)):
+        path = written(content)
+        check(path)
+        notes = read_spectra(path, ImportOptions("reflectance", "fraction")).notes
+        assert any("the axis is" in note and f"power of ten in '{heading}'" in note for note in notes)
+
+
+@pytest.mark.parametrize("heading", POWERS)
+def test_a_power_of_ten_that_the_values_of_an_axis_do_not_bear_out_is_asked_about(written, heading):
+    between = ";" if "," in heading else ","
+    axis = NM / 1e3 if "µm" in heading else NM
+    with pytest.raises(InputError, match="a power of ten at the axis that its values do not bear out"):
+        read_spectra(written(table(axis[::2], heading, values=RED[::2], between=between)))
+
+
+@pytest.mark.parametrize("heading", ["Wavelength (10 nm)", "nm (10 nm step)", "λ [nm] D65/10", "Wavelength (nm) 1e0"])
+def test_steps_and_observers_in_the_heading_of_an_axis_are_no_powers_of_ten(written, heading):
+    check(written(table(NM, heading)))
+
+
+@pytest.mark.parametrize(
+    ("heading", "axis"),
+    [("Wavelength (10^-9 m)", NM), ("λ (x10⁻⁹ m)", NM), ("Wavelength (1e-10 m)", NM * 10), ("λ / 10^-7 cm", NM),
+     ("Wavelength (mm)", NM / 1e6), ("Wavelength [pm]", NM * 1e3), ("10^-6 m", NM / 1e3)],
+)  # fmt: skip
+def test_metres_by_powers_of_ten_are_a_unit(written, heading, axis):
+    check(written(table(axis, heading)))

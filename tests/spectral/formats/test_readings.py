@@ -254,7 +254,21 @@ def test_spectra_far_into_the_infrared_keep_what_makes_a_colour(written, heading
 
 SCALES = (
     *("(‰)", "(permille)", "x1000", "× 10000", "(1e-4)", "(x 10^-3)", "[10⁻³]", "*10000", "(ppm)", "scaled by 10000"),
-    *("/ 10", "/1000", "(0-255)", "(0 to 1000)", "8 bit"),
+    *(
+        "/ 10",
+        "/1000",
+        "(0-255)",
+        "(0 to 1000)",
+        "8 bit",
+        "(x10)",
+        "·10⁻³",
+        "x 0.1",
+        "10E-3",
+        "1e-3",
+        "(0.1)",
+        "(0-10)",
+    ),
+    *("(10%)", "(0.1 %)", "% (x0.1)", "(%) x10", "in tenths", "thousandths", "(1/1000)", "scale factor 0.1"),
 )
 
 
@@ -265,6 +279,30 @@ def test_a_scale_that_is_neither_to_1_nor_to_100_is_refused_whatever_the_numbers
     for largest in (0.06, 0.6, 60.0):
         lines = refused(read, table(f"{quantity} {scale}", lambda nm, top=largest: f"{top * nm / 740:.6g}"))
         assert "neither to 1 nor to 100" in lines[0], lines
+
+
+@pytest.mark.parametrize("scale", [*SCALES, "y factor: 10", "values are given in thousandths"])
+def test_a_line_above_or_a_name_may_say_such_a_scale(written, refused, scale):
+    for largest in (0.6, 60.0):
+        spectra = table("Red,Blue", lambda nm, top=largest: f"{top * nm / 740:.6g}")
+        assert "neither to 1 nor to 100" in refused(read, f"Reflectance {scale}\n{spectra}")[0]
+    if scale not in ("(‰)", "(permille)", "(ppm)", "(0-255)", "(0 to 1000)", "8 bit", "(0-10)", "(10%)", "(0.1 %)"):
+        spectra = table(f"Red {scale},Blue", lambda nm: f"{60 * nm / 740:.6g}")
+        assert only(read(written(f"Reflectance (%)\n{spectra}"))).name == "Blue"
+
+
+@pytest.mark.parametrize("scale", ["x10^-2", "(10⁻²)", "(1/100)", "in hundredths", "(x 0.01)", "·10²", "*1e2"])
+def test_hundredths_are_percent_however_small_the_numbers_are(written, refused, scale):
+    for largest in (60.0, 3.0):
+        file = read(written(table(f"Reflectance {scale}", lambda nm, top=largest: f"{top * nm / 740:.6g}")))
+        assert only(file).spectrum.samples[-1] == pytest.approx(largest / 100.0)
+    assert "the file states percent" in refused(read, table(f"Reflectance {scale}", lambda nm: nm / 1000))[0]
+
+
+@pytest.mark.parametrize("name", ["Dye 1e-3 M", "5 x 10 cm", "Grey 10%", "Lot 4/10", "x100", "Cr 100 ppm", "N 9.5/10"])
+def test_numbers_in_names_are_no_scale(written, name):
+    text = f"Reflectance (%)\n{table(f'{name},Blue', lambda nm: f'{60 * nm / 740:.6g}')}"
+    assert [entry.name for entry in read(written(text)).entries] == [name, "Blue"]
 
 
 @pytest.mark.parametrize(
