@@ -9,6 +9,7 @@ spectrum of a colour (colour-matching functions, sensitivities, densities) is re
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
@@ -113,7 +114,7 @@ def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
     said = "\n".join("\n".join(value) for value in words.values())[:8000]
     axes = _axes(numbers, variables, gathering)
     arrays = {name: axis for name, value in numbers.items() if (axis := _axis_of(name, value, axes)) is not None}
-    responses = {name: what for name in arrays if (what := _response(name) or _of_toolbox(name))}
+    responses = {name: what for name in arrays if (what := _response(name) or _of_toolbox(name, arrays))}
     left = {name: axis for name, axis in arrays.items() if name not in responses and not _is_no_spectrum(name)}
     if not left:
         if responses:
@@ -256,8 +257,12 @@ def _response(words: str) -> str | None:
     )
 
 
-def _of_toolbox(name: str) -> str | None:
-    """Name what a variable of the Psychophysics Toolbox holds that is no spectrum of a colour; None of any other."""
+def _of_toolbox(name: str, names: Collection[str]) -> str | None:
+    """Name what a variable of the Psychophysics Toolbox holds that is no spectrum of a colour; None of any other, as of
+    a transmittance T beside a reflectance R of the `names`.
+    """
+    if name == "T" and "R" in names:
+        return None
     return _TOOLBOX[name[0].upper()] if re.fullmatch(r"[TB](?:_\w+)?", name, re.I) else None
 
 

@@ -16,7 +16,7 @@ from typing import Literal, get_args
 Role = Literal[
     "wavelength", "reflectance", "transmittance", "radiance", "absorbance", "percent", "derivative", "difference",
     "reading", "counts", "raw", "sample", "reference", "white", "dark", "background",
-    "sent on", "scatter", "end", "median", "sum", "mean", "aside", "number", "name",
+    "sent on", "scatter", "end", "median", "sum", "mean", "standard", "limit", "aside", "number", "name",
 ]  # fmt: skip
 ROLES: tuple[Role, ...] = get_args(Role)
 
@@ -45,6 +45,8 @@ German
     median: zentralwert
     sum: summe, anzahl
     mean: mittelwert, mittel, mittlere, mittlerer
+    standard: soll, sollwert, zielwert, vorgabe, nennwert, urmuster
+    limit: obere, untere, oberer, unterer, obergrenze, untergrenze, grenzwert, abweichung
     aside: bemerkung, anmerkung, zeit, datum, temperatur
     number: nr, nummer
     name: -bezeichnung, -messung, -probe, -muster
@@ -72,6 +74,8 @@ French
     median: médiane
     sum: somme, nombre de mesures, effectif
     mean: moyenne
+    standard: cible, étalon, valeur nominale, consigne
+    limit: supérieure, inférieure, limite supérieure, limite inférieure, écart
     aside: remarque, commentaire, heure
     number: numéro, no, n°
     name: nom, échantillon
@@ -99,6 +103,8 @@ Spanish
     median: mediana
     sum: suma, recuento
     mean: media, promedio
+    standard: objetivo, patrón, estándar, nominal
+    limit: superior, inferior, límite superior, límite inferior, desviación
     aside: observación, observaciones, fecha, hora, temperatura
     number: número, núm
     name: nombre, muestra
@@ -126,6 +132,8 @@ Italian
     median: mediana
     sum: somma, conteggio
     mean: media
+    standard: obiettivo, nominale, valore nominale
+    limit: superiore, inferiore, limite superiore, limite inferiore, scostamento
     aside: osservazioni, ora, temperatura
     number: numero
     name: nome, campione
@@ -153,6 +161,8 @@ Portuguese
     median: mediana
     sum: soma, número de medidas
     mean: média
+    standard: alvo, padrão, nominal
+    limit: superior, inferior, limite superior, limite inferior, desvio
     aside: observação, observações, hora, temperatura
     number: número, núm
     name: nome, amostra
@@ -179,6 +189,8 @@ Dutch
     median: mediaan
     sum: som, aantal
     mean: gemiddelde
+    standard: doel, doelwaarde, standaard, nominaal
+    limit: boven, onder, bovengrens, ondergrens, afwijking
     aside: opmerking, datum, tijd, temperatuur
     number: nummer, nr
     name: -naam, monster
@@ -205,6 +217,8 @@ Swedish
     end: lägsta värde, högsta värde
     sum: summa, antal
     mean: medelvärde, medel
+    standard: mål, målvärde, nominellt värde
+    limit: övre, undre, övre gräns, undre gräns, avvikelse
     aside: anmärkning, kommentar, tid, datum, temperatur
     number: nummer, nr
     name: -namn, prov, benämning
@@ -231,6 +245,8 @@ Danish and Norwegian
     end: mindste værdi, største værdi, minste verdi, største verdi
     sum: sum, antal, antall
     mean: gennemsnit, gjennomsnitt, middelværdi, middelverdi
+    standard: mål, målværdi, målverdi, nominel, nominell
+    limit: øvre, nedre, øvre grænse, nedre grænse, øvre grense, nedre grense, afvigelse, avvik
     aside: bemærkning, merknad, kommentar, tid, dato, temperatur
     number: nummer, nr
     name: -navn, prøve, betegnelse
@@ -258,6 +274,8 @@ Finnish
     median: mediaani
     sum: summa, lukumäärä
     mean: keskiarvo
+    standard: tavoite, tavoitearvo, standardi, nimellisarvo
+    limit: ylä, ala, yläraja, alaraja, poikkeama
     aside: huomautus, huom, aika, päivämäärä, lämpötila
     number: numero, nro
     name: -nimi, näyte
@@ -285,6 +303,8 @@ Polish
     median: mediana
     sum: suma, liczba pomiarów
     mean: średnia, wartość średnia
+    standard: cel, wartość docelowa, wzorzec, nominalna
+    limit: górna, dolna, górna granica, dolna granica, odchylenie
     aside: uwagi, uwaga, czas, temperatura
     number: numer, nr
     name: nazwa, próbka
@@ -311,6 +331,8 @@ Czech
     median: medián
     sum: součet, počet
     mean: průměr
+    standard: cíl, cílová hodnota, nominální
+    limit: horní, dolní, horní mez, dolní mez, odchylka
     aside: poznámka, čas, teplota
     number: číslo
     name: název, jméno, vzorek
@@ -338,6 +360,8 @@ Russian
     median: медиана
     sum: сумма, количество
     mean: среднее, средний, сред
+    standard: цель, целевое, эталон, стандарт, номинал
+    limit: верхний, нижний, верхний предел, нижний предел, отклонение
     aside: примечание, комментарий, время, дата, температура
     number: номер, №
     name: имя, название, наименование, образец
@@ -365,6 +389,8 @@ Turkish
     median: medyan, ortanca
     sum: toplam, adet
     mean: ortalama
+    standard: hedef, standart, nominal
+    limit: üst, alt, üst sınır, alt sınır, sapma
     aside: açıklama, tarih, zaman, sıcaklık
     number: numarası, numara, no
     name: adı, ismi, numune, örnek
@@ -392,6 +418,8 @@ Japanese
     median: 中央値
     sum: 合計, 総和
     mean: 平均値, 平均
+    standard: 目標, 目標値, 標準, 基準色
+    limit: 上限, 下限, 上限値, 下限値, 色差
     aside: 備考, コメント, 日付, 時刻, 日時, 温度
     number: 番号, no
     name: 名前, 名称, 試料, サンプル
@@ -419,6 +447,8 @@ Chinese
     median: 中位数, 中值
     sum: 总和, 求和
     mean: 平均值, 均值, 平均
+    standard: 目标, 目標, 标准, 標準, 标样
+    limit: 上限, 下限, 色差, 偏差
     aside: 备注, 註, 日期, 时间, 温度
     number: 编号, 編號, 序号, 号
     name: 名称, 名稱, 样品, 样本

@@ -228,6 +228,8 @@ _OF_ROWS = re.compile(
     r"\W*(?:[\[(][^\[\]()]{0,30}[\])])?\W*",
     re.I,
 )
+# A sample over its reference: a number, unless it has a unit of its own.
+_RATIO = r"ratio|quotient"
 _COUNTER = re.compile(r"#|index|pixel\w*|chan(?:nel)?\.? ?#?", re.I)
 _MEAN = re.compile(rf"(?:.*[\W_])?(?:mean|average|avg|{spelt('mean')}|ø)\W*(?:[\[(].*)?", re.I)
 # Standards, uncoated papers and the like, where no mean stands beside.
@@ -246,7 +248,13 @@ _STATISTIC = (
     rf"(?:.*[\s_(,;])?(?:(?P<end>min(?:\.|imum|imal)?|max(?:\.|imum|imal)?|{spelt('end')})|"
     rf"(?P<median>median|{spelt('median')})|"
     rf"(?P<sum>sum|count|(?:number|no\.?|n) of \w+|{spelt('sum')}))\W*(?:[\[(].*)?|(?P<alone>n|se)(?: ?= ?\d+)?|"
-    r"(?:.*[\s_])?(?P<quantile>[pq] ?\d+)"
+    r"(?:.*[\s_])?(?P<quantile>[pq] ?\d+)|"
+    r"(?P<beside>(?:(?:upper|lower|hi(?:gh)?|low?)(?:[ _]?(?:tol\w*|spec\w*|values?))?|"
+    rf"delta|deviation|{spelt('limit')})\.?\W*(?:[\[(].*)?)"
+)
+# Standards, with which samples are compared.
+_STANDARD = (
+    rf"(?:target|nominal|standard|std\.?|master|{spelt('standard')})(?: (?:values?|spectrum|mean))?\W*(?:[\[(].*)?"
 )
 # Patches are numbered P1 to P99, too, and lots Q1 to Q4.
 _QUANTILES, _UPPER = (
@@ -435,7 +443,19 @@ def names_identifier(heading: str) -> Literal["identifier", "perhaps"] | None:
 
 def is_aside(heading: str) -> bool:
     """Return whether a heading is that of counters, remarks or differences."""
-    return any(pattern.fullmatch(heading) for pattern in (_COUNTER, _OF_ROWS)) and heading != "#"
+    ways = _without_measured(heading)
+    beside = any(pattern.fullmatch(way) for pattern in (_COUNTER, _OF_ROWS) for way in ways)
+    return (beside and heading != "#") or re.fullmatch(_RATIO, heading, re.I) is not None
+
+
+def names_ratio(heading: str) -> bool:
+    """Return whether a heading is that of a sample over its reference, with its unit, such as "Ratio (%)"."""
+    return re.match(rf"(?:{_RATIO})\b", heading, re.I) is not None and unit_in(heading) is not None
+
+
+def names_statistic(words: str) -> bool:
+    """Return whether words as a whole are those of a statistic, a mean among them."""
+    return bool(SCATTER.fullmatch(words) or _MEAN.fullmatch(words) or re.fullmatch(_STATISTIC, words, re.I))
 
 
 def is_of_rows(heading: str) -> bool:
@@ -480,10 +500,9 @@ def statistics_among(names: Sequence[str], said: Sequence[Sequence[str]]) -> lis
 def _called_statistics(names: Sequence[str], said: Sequence[Sequence[str]]) -> list[bool]:
     """Return of each spectrum whether its name, or what is said of it, is that of a statistic of others."""
     names = [name[:_LONGEST_NAME].strip() for name in names]
-    words = [
-        [*_without_measured(name), *(each[:_LONGEST_NAME] for each in said_of)]
-        for name, said_of in zip(names, said, strict=True)
-    ]
+    of_all = set(said[0]).intersection(*said)
+    said = [[each[:_LONGEST_NAME] for each in said_of if each not in of_all] for said_of in said]
+    words = [[*_without_measured(name), *said_of] for name, said_of in zip(names, said, strict=True)]
     means = any(_MEAN.fullmatch(each) for words_of in words for each in words_of)
     found = [[match for each in words_of if (match := re.fullmatch(_STATISTIC, each, re.I))] for words_of in words]
     medians = any(match["median"] for matches in found for match in matches)
@@ -494,10 +513,18 @@ def _called_statistics(names: Sequence[str], said: Sequence[Sequence[str]]) -> l
     if kinds and known and any(map(_UPPER.fullmatch, numbered)):
         kinds |= {"quantile"}
     kinds |= {"median"} if means else set()
+    kinds |= {"beside"} if any(map(names_standard, names)) else set()
     return [
-        names_scatter(name, means) or is_aside(name) or any(match.lastgroup in kinds for match in matches)
-        for name, matches in zip(names, found, strict=True)
+        any(names_scatter(each, means) for each in (name, *said_of))
+        or is_aside(name)
+        or any(match.lastgroup in kinds for match in matches)
+        for name, said_of, matches in zip(names, said, found, strict=True)
     ]
+
+
+def names_standard(name: str) -> bool:
+    """Return whether a name as a whole is that of what samples are compared with, such as "Target"."""
+    return any(re.fullmatch(_STANDARD, words, re.I) for words in _without_measured(name))
 
 
 def unit_in(words: str) -> Unit | None:

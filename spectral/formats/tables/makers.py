@@ -4,7 +4,8 @@ Spectra Vista's .sig has no header: wavelength, what a white panel sends back, w
 unit that the line "units=" gives, and their ratio in percent. Ocean Optics' Jaz heads its columns with letters: W for
 wavelengths, D, R and S for the counts of dark, reference and sample, P for what was made of them. Spectral Evolution's
 .sed shortens radiance, irradiance and the ratio of target and reference. ASD's ViewSpec Pro calls columns after files,
-whose endings say what was made of the reading: "leaf.00001.asd.ref.sco" is a reflectance, corrected at splices.
+whose endings say what was made of the reading: "leaf.00001.asd.ref.sco" is a reflectance, corrected at splices. JASCO's
+texts have no header: "YUNITS" says what the first channel is, "Y2UNITS" or "YUNITS2" the next, such as a voltage.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from ..shared.words import quantity_in_lines
+from ..shared.words import measured, quantity_in, quantity_in_lines
 from .parsing import TextTable
 from .section import Column
 
@@ -23,6 +24,9 @@ _JAZ_FILE = re.compile(r"\bJaz\b|Begin Processed Spectral Data", re.I)
 _SHORTENED = re.compile(r"((?:ir)?rad)\.(?=\s*[(\[]|\s*$)", re.I)
 _ASD = re.compile(r".*\.asd\.(ref|rad)(?:\.(?:sco|pco|mn|md))*(?:\.txt)?", re.I)
 _ASD_MADE = {"ref": "reflectance", "rad": "radiance"}
+_CHANNELS = re.compile(
+    r"^\W*Y(?:(?P<before>\d)[ _]?UNITS|[ _]?UNITS(?P<behind>\d?))\W*[:=,;\t]?\s*(?P<unit>\S.*)$", re.I | re.M
+)
 _RATIO = re.compile(r"t(?:ar)?ge?t\.?\s*/\s*ref(?:erence)?\.?\s*(.*)", re.I)
 
 
@@ -35,6 +39,10 @@ def name_by_maker(table: TextTable, stem: str) -> None:
         words = [column.words.strip() for column in block]
         if len(block) == 3 and not any(words) and _SPECTRA_VISTA.search(block[0].around):
             _name_spectra_vista(block, stem)
+        elif len(block) > 1 and not any(words) and (units := _channel_units(block[0].around)):
+            for number, column in enumerate(block, 1):
+                column.words = units.get(number, "")
+                column.name = f"{stem} channel {number}" if number > 1 else stem
         elif _is_jaz(words, block):
             for column, letter in zip(block, words, strict=True):
                 column.words, column.name = _JAZ[letter], f"{stem} {_JAZ[letter]}".strip()
@@ -51,6 +59,17 @@ def _name_spectra_vista(block: Sequence[Column], stem: str) -> None:
     for column, what, unit in zip(block, ("reference", "target"), [*units, "", ""], strict=False):
         column.words, column.name = f"{what} {unit}".strip(), f"{stem} {what}"
     block[2].words, block[2].unit, block[2].name = "reflectance (%)", "%", stem
+
+
+def _channel_units(around: str) -> dict[int, str]:
+    """Units of the channels of a text of JASCO's by their number, where it has several; what is no quantity beside one,
+    such as "HT [V]", is a detector's counts.
+    """
+    found = {int(each["before"] or each["behind"] or 1): each["unit"].strip() for each in _CHANNELS.finditer(around)}
+    known = {number: measured(quantity_in(unit)) for number, unit in found.items()}
+    if len(found) < 2 or not any(known.values()):
+        return {}
+    return {number: unit if known[number] else f"{unit} counts" for number, unit in found.items()}
 
 
 def _is_jaz(words: Sequence[str], block: Sequence[Column]) -> bool:

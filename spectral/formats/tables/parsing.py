@@ -42,6 +42,8 @@ _COMPARED_ROWS = 12
 _TO_MARK = re.compile(r"[^.,]*")
 # Fewest numbers of light as headings of spectra that may be wavelengths.
 _FEWEST_ACROSS = 5
+# Characters of a line that may head columns parted by another sign.
+_LONGEST_HEADER = 20_000
 # Rows of a further table, from its first, that say where its wavelengths are.
 _FIRST_ROWS = 6
 
@@ -351,7 +353,8 @@ def _heads(table: Section, remarks: Sequence[str]) -> list[str]:
         # The last comment above the numbers, if it has as many cells as the first row of them.
         cells = trimmed(dialect.cells(remarks[-1]))
         heads = cells if len(cells) == len(shown[0][1]) else []
-    named = bool(heads) and bool(dialect.delimiter or is_wavelength_header(heads[0]))
+    named = bool(heads) and (bool(dialect.delimiter) or len(heads) <= len(shown[layout.first][1]))
+    named = named and bool(dialect.delimiter or is_wavelength_header(heads[0]))
     if layout.way == "down" and not named and (described := _described_header(table)):
         return described
     if layout.way == "across" or dialect.delimiter:
@@ -368,17 +371,17 @@ def _heads(table: Section, remarks: Sequence[str]) -> list[str]:
 def _described_header(table: Section) -> list[str]:
     """Names of the columns where no row of cells is a header; [] if there are none.
 
-    White space: a line above whose phrases, two spaces or more apart, are as many as the columns, wavelengths first.
-    Wavelengths with their unit: a row of titles among the keys and values above.
+    A line above whose cells are as many as the columns, wavelengths first, parted by another sign than those of the
+    numbers, or by two spaces or more. Wavelengths with their unit: a row of titles among the keys and values above.
     """
     width = len(table.shown[table.layout.first][1])
     for index in range(table.layout.first if width > 2 else 0):
-        if table.text.dialect.delimiter:
-            cells = table.shown[index][1]
-            if len(cells) == width and re.fullmatch(r"title|memo|(?:sample )?name\W*", cells[0], re.I):
-                return cells
-        else:
-            phrases = re.split(r"\s{2,}", table.text.rows[table.start + index][1][:1000].strip())
+        cells = table.shown[index][1]
+        titled = table.text.dialect.delimiter and re.fullmatch(r"title|memo|(?:sample )?name\W*", cells[0], re.I)
+        if titled and len(cells) == width:
+            return cells
+        line = table.text.rows[table.start + index][1][:_LONGEST_HEADER].strip()
+        for phrases in (re.split(r"\s{2,}", line), *(Dialect(mark, ".").cells(line) for mark in "\t;,")):
             if len(phrases) == width and is_wavelength_header(phrases[0]):
                 return phrases
     return []

@@ -66,6 +66,8 @@ OF_SCALES = (
     r"unit|scal[ei]|\by.?factor|multip|\b(?:values?|data|numbers) (?:are |is )?(?:in|as|given|stated|expressed)\b"
 )
 _TITLE = re.compile(r"title|comments?|descript\w*|name|sample(?: ?name)?|material|product|object", re.I)
+# Weights of ASTM E308, by which tristimulus values are summed: one of each of X, Y and Z.
+_WEIGHT = re.compile(r"\W*W[ _]?(?:10|2)?[ _,]?([xyz])(?![A-Za-z])", re.I)
 _WANTED = "reflectance, transmittance or emission"
 # Largest sample of fractions of a surface that is not black: a light that was normalised has 1.
 _DARKEST_OF_FRACTIONS, _NORMALISED = 0.01, 1.0
@@ -156,6 +158,9 @@ def _stated(columns: Sequence[Column], answer: ImportOptions, path: Path) -> lis
                 )
             together = None
         owned = [_own(column, heads) for column in of_table]
+        weighed = [_WEIGHT.match(column.words) or _WEIGHT.match(column.name) for column in of_table]
+        if len({match[1].casefold() for match in weighed if match}) == 3:
+            owned = ["sensitivity" if match else own for match, own in zip(weighed, owned, strict=True)]
         if None in owned:  # beside samples that are called anything, a letter is a name, too
             owned = [None if _LETTER.fullmatch(head) else own for head, own in zip(heads, owned, strict=True)]
         silent = [column for column, own in zip(of_table, owned, strict=True) if own is None]

@@ -16,7 +16,16 @@ from ..shared.colour_words import colour_axis, names_condition
 from ..shared.decisions import NO_COUNTS
 from ..shared.languages import OF, spelt
 from ..shared.text import shortened
-from ..shared.words import is_of_rows, measured, quantity_in, quantity_in_lines, unit_in
+from ..shared.words import (
+    is_of_rows,
+    measured,
+    names_ratio,
+    names_raw,
+    names_statistic,
+    quantity_in,
+    quantity_in_lines,
+    unit_in,
+)
 from .axis import LIGHT_NM, NANOMETRE, axis_unit, check_axis, is_reciprocal_header, stated_unit
 from .dialect import Dialect, in_percent, words_beside
 from .layout import (
@@ -158,11 +167,14 @@ def read_down(table: Section, rows: Iterable[Row], notes: list[str]) -> int:
 
 
 def _check_heads(table: Section, widest: int) -> None:
-    """Refuse more headings than the widest row has cells, where they name several columns: a name may hold a separator,
-    and those behind it would be of other columns. Remarks at the end may have no cells.
+    """Refuse more headings than the widest row has cells, where they name several columns, or say of several what was
+    measured: a name may hold a separator, and those behind it would be of other columns. Remarks may have no cells.
     """
     heads = trimmed(table.heads)
-    named = sum(map(bool, heads[:widest])) - len(table.layout.axes)
+    named = max(
+        sum(map(bool, heads[:widest])) - len(table.layout.axes),
+        sum(quantity_in(head) is not None for at, head in enumerate(heads) if at not in table.layout.axes),
+    )
     if table.text.dialect.delimiter and named > 1 and not all(map(is_of_rows, heads[widest:])):
         raise InputError(
             "more headings than columns",
@@ -214,7 +226,7 @@ def _raw_readings(heads: Sequence[str], table: Section) -> set[str]:
     dark = [head for head in silent if re.fullmatch(_DARK, head, re.I)]
     lit = [head for head in silent if re.fullmatch(rf"{_LIT}|{_NEVER_MADE}", head, re.I)]
     white = [head for head in silent if re.fullmatch(_WHITE, head, re.I)]
-    made = any(measured(quantity_in(head)) and not is_of_rows(head) for head in heads)
+    made = any((measured(quantity_in(head)) and not is_of_rows(head)) or names_ratio(head) for head in heads)
     if lit and (dark or made):
         return {*dark, *lit, *white}
     if made and dark:
@@ -302,7 +314,7 @@ def empty_columns(
 def _hear_rows_above(table: Section, columns: Sequence[Column]) -> None:
     """Put beside each column what rows above the header say of it; where columns share a name, it is a part of theirs.
 
-    A cell above several columns is of all of them, where each has as many.
+    A cell above several columns is of all of them, where each has as many, or where each says what was measured.
     """
     if not table.text.dialect.delimiter or table.layout.header is None or len(columns) < 2:
         return
@@ -312,22 +324,29 @@ def _hear_rows_above(table: Section, columns: Sequence[Column]) -> None:
         starts = [at for at in range(axis + 1, len(table.heads)) if cell(cells, at)]
         each, left = divmod(len(table.heads) - axis - 1, max(len(starts), 1))
         whole = len(starts) > 1 and not left and starts == [axis + 1 + each * at for at in range(len(starts))]
-        if not whole or len(trimmed(cells)) > len(table.heads) or colour_axis(label):
+        measured_each = starts[:1] == [axis + 1] and all(_says_quantity(cell(cells, at)) for at in starts)
+        if not (whole or measured_each) or len(trimmed(cells)) > len(table.heads) or colour_axis(label):
             continue
         names = not label or is_name_header(label) or is_wavelength_header(label)
         # A row with more cells than headings is refused where it is read.
         headed = [(c, part) for c, part in zip(columns, parts, strict=True) if c.place[0] < len(table.heads)]
         for column, part in headed:
-            said = cell(cells, starts[(column.place[0] - axis - 1) // each])
+            said = cell(cells, max(at for at in starts if at <= column.place[0]))
             if label:
                 column.beside.setdefault(label, said)
-            elif conditions_in(said):
+            if names and (_says_quantity(said) or unit_in(said) or conditions_in(said)):
                 column.words = f"{column.words} {said}"
+            elif names and names_statistic(said):
+                column.beside.setdefault("statistic", said)
             part += [said] if names and said not in part else []
     names = [column.name for column in columns]
     if len(set(names)) < len(names):
         for column, part in zip(columns, parts, strict=True):
             column.name = " ".join(dict.fromkeys([*part, column.name])).strip()
+
+
+def _says_quantity(words: str) -> bool:
+    return bool(quantity_in(words) or names_raw(words))
 
 
 def _name(table: Section, head: str, at: int, axis: int, count: int) -> str:

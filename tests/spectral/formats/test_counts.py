@@ -394,3 +394,52 @@ def test_the_baseline_of_a_spectrophotometer_is_no_sample(written, name):
     (entry,) = file.entries
     assert entry.name == "Red" and entry.spectrum.samples[0] == 0.4
     assert any(f"left out: {name}" in note for note in file.notes)
+
+
+JASCO = "TITLE\tred\nDATA TYPE\tULTRAVIOLET SPECTRUM\nXUNITS\tNANOMETERS\nYUNITS\t{}\n{}\t{}\nFIRSTX\t400\nXYDATA\n"
+
+
+@pytest.mark.parametrize("key", ["Y2UNITS", "YUNITS2", "Y2 UNITS"])
+@pytest.mark.parametrize(
+    ("first", "second"), [("REFLECTANCE", "HT [V]"), ("%R", "HT"), ("Reflectance (%)", "TRANSMITTANCE (%)")]
+)
+def test_each_channel_of_a_text_of_jascos_is_what_its_unit_says(written, key, first, second):
+    other = PERCENT / 2.0 if "TRANS" in second else 250.0 + PERCENT / 30.0
+    path = written(table([], PERCENT, other, between="\t", above=JASCO.format(first, key, second)), "red.txt")
+    file = read_spectra(path)
+    check_percent(file.entries[0])
+    assert file.entries[0].name == "red"
+    assert [entry.spectrum.quantity for entry in file.entries[1:]] == ["transmittance"] * ("TRANS" in second)
+    assert ("TRANS" in second) or any("raw counts are left out: red channel 2" in note for note in file.notes)
+
+
+@pytest.mark.parametrize("heads", ["Reference,Sample,Ratio", "Standard,Trial,Ratio", "White,Red,Quotient"])
+def test_a_ratio_beside_a_standard_is_no_reflectance(written, heads):
+    file = read_spectra(
+        written(table(["nm", *heads.split(",")], PERCENT, PERCENT, PERCENT / 60.0, above="Reflectance\n"))
+    )
+    assert heads.rpartition(",")[2] not in [entry.name for entry in file.entries]
+    assert any(heads.rpartition(",")[2] in note for note in file.notes)
+
+
+@pytest.mark.parametrize("heads", ["Reference,Sample,Ratio (%)", "Sample,Reference,Ratio [%]"])
+def test_a_ratio_in_percent_is_what_was_made_of_the_readings_beside(written, heads):
+    (entry,) = read_spectra(
+        written(table(["nm", *heads.split(",")], SAMPLE, WHITE, PERCENT, above="Reflectance\n"))
+    ).entries
+    check_percent(entry)
+
+
+@pytest.mark.parametrize(
+    "heads", ["WX,WY,WZ", "W10 x,W10 y,W10 z", "Wx (D65/10),Wy (D65/10),Wz (D65/10)", "W_X,W_Y,W_Z"]
+)
+def test_weights_of_tristimulus_values_are_no_reflectances(written, heads):
+    names = heads.split(",")
+    across = [",".join(["Name", *map(str, NM)]), *(",".join([name, *map(str, PERCENT)]) for name in names)]
+    for content in (table(["nm", *names], *([PERCENT] * 3)), "\n".join(across)):
+        with pytest.raises(InputError, match="a sensitivity is not the spectrum of a colour"):
+            read_spectra(written(f"Reflectance\n{content}"))
+    file = read_spectra(written("Reflectance (%)\n" + table(["nm", "red", *names], *([PERCENT] * 4))))
+    assert [entry.name for entry in file.entries] == ["red"] and len(file.rejected) == 3
+    two = read_spectra(written("Reflectance (%)\n" + table(["nm", *names[:2]], PERCENT, PERCENT)))
+    assert [entry.name for entry in two.entries] == names[:2]

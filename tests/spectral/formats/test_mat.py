@@ -90,6 +90,15 @@ def test_wavelengths_under_another_name_are_said(saved, paints):
     assert any("x ascends from 400 to 700 and is taken" in note for note in file.notes)
 
 
+@pytest.mark.parametrize("names", [("R", "T"), ("T", "R")])
+def test_t_beside_r_is_a_transmittance_and_alone_sensitivities(saved, paints, names):
+    file = read(saved(wavelength=WAVELENGTHS, **dict.fromkeys(names, paints[:, :1])))
+    quantities = {"R": "reflectance", "T": "transmittance"}
+    assert [entry.spectrum.quantity for entry in file.entries] == [quantities[name] for name in names]
+    with pytest.raises(InputError, match="sensitivities"):
+        read(saved(wavelength=WAVELENGTHS, T=paints.T))
+
+
 def test_version_7_3(tmp_path, paints):
     path = written_7_3(tmp_path / "new.mat", wavelength=WAVELENGTHS[None], data=paints, comment="Reflectance of paints")
     file = read_spectra(path)

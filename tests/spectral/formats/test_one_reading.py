@@ -313,3 +313,19 @@ def test_bars_part_cells_as_in_markdown(written, mark, ends):
 def test_dates_times_and_empty_columns_beside_numbers_are_no_torn_cells(written):
     rows = [f"{nm},12:30,2024-05-01,,{value:.3f}" for nm, value in zip(NM, RED, strict=True)]
     check(written("\n".join(["nm,time,date,,A", *rows, ""])), (RED,), 3)
+
+
+@pytest.mark.parametrize("between", [";", "\t", "  ", ","])
+@pytest.mark.parametrize("heading", [",", ";", "\t", "  "])
+def test_headings_parted_by_another_sign_are_those_of_the_columns(written, between, heading):
+    heads = heading.join(["nm", "Red R%", "Green T%", "Blue R%"])
+    rows = down((RED, GREEN, RED), [], between, ".")
+    entries = read_spectra(written(f"{heads}\n{rows}")).entries
+    assert [entry.name for entry in entries] == ["Red R%", "Green T%", "Blue R%"]
+    assert [entry.spectrum.quantity for entry in entries] == ["reflectance", "transmittance", "reflectance"]
+
+
+@pytest.mark.parametrize("heads", ["nm,Red R%,Blue R%", "nm,%R,%T", "nm,Reflectance,Transmittance,Remark"])
+def test_headings_of_measurements_that_no_row_has_are_asked_about(written, heads):
+    with pytest.raises(InputError, match="more headings than columns"):
+        read_spectra(written(f"{heads}\n{down((RED,), [], ',', '.')}"))

@@ -25,7 +25,15 @@ SETS = ["Mean,*StdDev", "Average,*Std Dev", "MEAN,*STDEV", "Mean,*Tolerance", "*
         "Среднее,*Медиана,*Дисперсия,*Сходимость", "Ortalama,*Medyan,*Varyans", "平均,*中央値,*最大値,*再現性",
         "平均值,*中位数,*最小值,*方差", "Mean R%,*SD R%,*P95 R%,*N", "*CV R%", "*Variance of reflectance", "Std R%",
         "Mean,P1,P2,P3", "Q1,Q2,Q3,Mean", "Mittlere Reflexion,*Maximale Reflexion,*Streuung der Reflexion",
-        "Mean,*Number of readings"]  # fmt: skip
+        "Mean,*Number of readings", "Target,*Lower,*Upper", "Nominal,*LSL,*USL,*Delta", "Standard,*Ratio,*High,*Low",
+        "Target R%,*Lower R%,*Upper R%,*Delta R%", "Target,*Lower tol.,*Upper spec", "upper,lower", "Delta",
+        "Sollwert,*Untere,*Obere,*Abweichung", "Cible,*Supérieure,*Inférieure",
+        "Patrón,*Superior,*Inferior",
+        "Nominale,*Superiore,*Inferiore", "Alvo,*Superior,*Desvio", "Standaard,*Bovengrens,*Ondergrens",
+        "Målvärde,*Övre gräns,*Undre gräns", "Målværdi,*Øvre grænse,*Nedre grænse", "Målverdi,*Avvik,*Øvre grense",
+        "Tavoite,*Yläraja,*Alaraja", "Wzorzec,*Górna granica,*Odchylenie", "Cílová hodnota,*Horní mez,*Dolní mez",
+        "Эталон,*Верхний предел,*Отклонение", "Hedef,*Üst sınır,*Alt sınır", "目標値,*上限,*下限",
+        "标准,*上限,*偏差"]  # fmt: skip
 
 
 def chart(names, *columns, keywords="", fields=()):
@@ -64,6 +72,51 @@ def test_statistics_behind_samples_are_none(written, sets):
         file = read_spectra(written(content, name))
         assert [entry.name for entry in file.entries] == kept and not file.rejected
         assert all(any(left_out in note for note in file.notes) for left_out in set(names) - set(kept))
+
+
+@pytest.mark.parametrize("name", ["Target", "Nominal", "Standard R%", "Std R%", "Master", "Sollwert", "Étalon", "標準"])
+def test_what_samples_are_compared_with_is_said_to_be_a_standard(written, name):
+    contents = {
+        "a.txt": chart([name, "red"], RED, RED),
+        "a.csv": across([name, "red"], RED, RED),
+        "b.csv": "Reflectance (%)\n" + down(["nm", name, "red"], RED, RED),
+    }
+    for file, content in contents.items():
+        (note,) = [note for note in read_spectra(written(content, file)).notes if "a standard by its name" in note]
+        assert note.endswith(f"({name})")
+    for others in (["Target white", "red"], ["red", "blue"]):
+        assert "standard" not in "".join(read_spectra(written(across(others, RED, RED))).notes)
+
+
+@pytest.mark.parametrize("kinds", ["Mean,Std", "Average,StdDev", "Mean,Max", "Mittelwert,Streuung"])
+@pytest.mark.parametrize("first", ["", "nm"])
+def test_words_above_names_say_which_columns_are_scatter(written, kinds, first):
+    kept, left = kinds.split(",")
+    heads = [",".join([first, kept, "", left, ""]), ",".join(["" if first else "nm", "red", "blue", "red", "blue"])]
+    rows = down([], RED, BLUE, RED / 9.0, BLUE / 9.0).lstrip()
+    file = read_spectra(written("\n".join(["Reflectance (%)", *heads, rows])))
+    assert [entry.name for entry in file.entries] == [f"{kept} red", f"{kept} blue"]
+    assert any(f"{left} red, {left} blue" in note for note in file.notes)
+
+
+ABOVE = {
+    "Reflectance (%),,Transmittance (%),": ["reflectance", "reflectance", "transmittance", "transmittance"],
+    "Reflectance (%),Transmittance (%),,": ["reflectance", "transmittance", "transmittance", "transmittance"],
+    "%T,,,%R": ["transmittance", "transmittance", "transmittance", "reflectance"],
+    "Reflectance (%),,,Absorbance": ["reflectance", "reflectance", "reflectance"],
+    "Reflectance (%),,Counts,": ["reflectance", "reflectance"],
+}
+
+
+@pytest.mark.parametrize("above", ABOVE)
+@pytest.mark.parametrize("first", ["", "nm"])
+def test_a_quantity_above_several_columns_is_of_each(written, above, first):
+    heads = [f"{first},{above}", ",".join(["" if first else "nm", "red", "blue", "green", "grey"])]
+    columns = RED, BLUE, RED + 3.0, BLUE + 3.0
+    file = read_spectra(written("\n".join([*heads, down([], *columns).lstrip()])))
+    assert [entry.spectrum.quantity for entry in file.entries] == ABOVE[above]
+    for entry, column in zip(file.entries, columns, strict=False):
+        np.testing.assert_allclose(entry.spectrum.samples, column / 100.0, rtol=1e-5)
 
 
 def test_a_column_says_which_statistic_a_set_is(written):
