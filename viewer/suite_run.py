@@ -1,4 +1,4 @@
-"""A suite rendered: a review for each scene, observer and camera, and all of their rows as one side."""
+"""Rendering of a suite: a review for each scene, observer and camera, with all rows as one side of a comparison."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ def run_suite(
     warn: Warn = unheard,
     resumed: Callable[[int, int], None] = lambda found, total: None,
 ) -> ComparedSide:
-    """Render what is not there yet into `out/reviews`; `again` renders all of it.
+    """Render missing reviews into `out/reviews`; `again` renders all.
 
-    left : is told what all reviews are expected to take and what is done, to estimate the time left from.
+    left : estimator of the remaining time, updated with expected and finished work of all reviews.
 
     Raises
     ------
-    InputError : as `review` does; a camera that a scene has not.
+    InputError : see `review`; a camera missing in a scene.
     """
     rows: list[Row] = []
     facts: dict[str, str] = {}
@@ -86,7 +86,7 @@ def run_suite(
 
 
 def environment() -> dict[str, str]:
-    """Describe what of this machine may move a colour in its last digits."""
+    """Describe properties of this machine that may affect the last digits of colours."""
     return {
         "python": platform.python_version(),
         "numpy": np.__version__,
@@ -96,7 +96,7 @@ def environment() -> dict[str, str]:
 
 
 def _views(suite: Suite, catalogue: Catalogue) -> Iterator[tuple[str, Scene, str | None]]:
-    """Yield each scene as each observer sees it through each camera, and what its folder is called."""
+    """Yield each scene with each observer and camera, and the folder's name."""
     for path in suite.scenes:
         scene = load_scene(path, catalogue)
         for eye in suite.observers:

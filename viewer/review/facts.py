@@ -43,15 +43,15 @@ from ..display.png import quantise
 from ..display.transform import DisplayTransform
 from .cases import Setting
 
-# Observers for small and for large fields: figures are given for both, whichever the pictures are for.
+# Observers for small and large fields; figures are given for both.
 _OBSERVERS = ("1931_2", "1964_10")
 _VISIBLE_NM = (360.0, 830.0)
-# A name and its spectrum; None of the scene's own mixture.
+# Name and spectrum of a light; None for the scene's own mixture.
 _NamedLight = tuple[str, Spectrum | None]
 
 
 def reviewed_lights(setting: Setting) -> tuple[ReviewedLight, ...]:
-    """Lights of the pictures, and those that figures alone are given for."""
+    """Return the lights of the images, and those for figures only."""
     found = []
     for name, spectrum in _lights(setting):
         title, kind = ("As lit in the scene", "scene") if spectrum is None else light_title(name)
@@ -63,10 +63,10 @@ def reviewed_lights(setting: Setting) -> tuple[ReviewedLight, ...]:
 def reviewed_materials(
     setting: Setting, names: tuple[str, ...], reading_of: Callable[[str], InstrumentReading]
 ) -> tuple[ReviewedMaterial, ...]:
-    """Materials by id, with their colours under every light for every observer."""
+    """Return materials by id, with their colours under every light for every observer."""
     eyes = {eye.name: eye for eye in (setting.scene.observer, *(observer(name) for name in _OBSERVERS))}
     lights, readings, found = _lights(setting), [reading_of(name) for name in names], []
-    # All materials at once under each light: a call takes longer than the few numbers of one material do.
+    # All materials at once under each light, since call overhead dominates.
     columns = [column for eye in eyes.values() for column in _colours(setting, lights, readings, eye)]
     for name, reading, *colours in zip(names, readings, *columns, strict=True):
         record = setting.records[name]
@@ -92,7 +92,7 @@ def reviewed_materials(
 
 def _lights(setting: Setting) -> list[_NamedLight]:
     pictured = list(zip(setting.names, setting.spectra, strict=True))
-    # A light may be asked for by another name that it has.
+    # A light may be requested by another of its names.
     keys = {spectrum.key for spectrum in setting.spectra if spectrum is not None}
     return pictured + [(name, one) for name in FIGURE_LIGHTS if (one := illuminant(name)).key not in keys]
 
@@ -118,7 +118,7 @@ def _colours(
 def _seen(
     scene: Scene, readings: Sequence[InstrumentReading], spectrum: Spectrum | None, eye: Observer
 ) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, "3"]]:
-    """XYZ of readings and of the white under a light, or in the mixture of the scene's own."""
+    """Return XYZ of readings and of the white under a light, or under the mixture of the scene's own."""
     if spectrum is not None:
         return np.stack([reading.xyz(spectrum, eye) for reading in readings]), eye.white(spectrum)
     own = replace(scene, observer=eye)
@@ -126,19 +126,19 @@ def _seen(
 
 
 def _table(spectrum: Spectrum) -> tuple[Float[np.ndarray, "L"], Float[np.ndarray, "L"]]:
-    """Return a light's spectral power as far as observers see, 1 at its highest."""
+    """Return a light's spectral power over the observers' range, with a maximum of 1."""
     inside = (spectrum.wavelengths_nm >= _VISIBLE_NM[0]) & (spectrum.wavelengths_nm <= _VISIBLE_NM[1])
     power = spectrum.samples[inside]
     return spectrum.wavelengths_nm[inside], power / power.max()
 
 
-# Differences in CIELAB that no word is spent on.
+# Differences in CIELAB that are too small to mention.
 _SPOKEN_FROM = 0.5
 
 
 def corresponding_lab(xyz: XYZ, white: White, daylight: White) -> Lab | None:
-    """CIELAB under `SHIFT_FROM` of colours (...,3) that look alike there, by complete adaptation; None where none is
-    possible.
+    """Return CIELAB of the corresponding colours (...,3) under `SHIFT_FROM`, by complete adaptation; None if
+    impossible.
 
     daylight : white of `SHIFT_FROM` for the same observer.
     """
@@ -150,7 +150,7 @@ def corresponding_lab(xyz: XYZ, white: White, daylight: White) -> Lab | None:
 
 
 def shifts_between(first: Float[np.ndarray, "N 3"], second: Float[np.ndarray, "N 3"]) -> list[Shift]:
-    """Change from adapted colours to others: CIE 2000, and the direction in the words of a match."""
+    """Describe the shift between adapted colours: CIE 2000, and the direction in the words of a match."""
     off = differences(first, second)
     each = zip(first, off.lightness, off.a, off.b, off.chroma, off.hue, strict=True)
     words = [direction(lab, Differences(*map(np.asarray, parts)), _SPOKEN_FROM) for lab, *parts in each]
@@ -159,12 +159,12 @@ def shifts_between(first: Float[np.ndarray, "N 3"], second: Float[np.ndarray, "N
 
 
 def xyz_in(scene: Scene, reading: InstrumentReading) -> Float[np.ndarray, "3"]:
-    """XYZ in the mixture of the scene's lights that its `adopted_white` is the white of; the diffuser has Y = 1."""
+    """Return XYZ under the mixture of the scene's lights, as for its `adopted_white`; the diffuser has Y = 1."""
     return scene.mixed(np.stack([reading.xyz(light.spectrum, scene.observer) for light in scene.lights]))
 
 
 def colours_around(scene: Scene, reading: InstrumentReading) -> tuple[tuple[float, Float[np.ndarray, "3"]], ...]:
-    """Compute `xyz_in` by degrees from the mirror direction, of metals and effect coatings; none of others."""
+    """Return `xyz_in` by degrees from the mirror direction, for metals and effect coatings; () for others."""
     mixed = scene.mixed(np.stack([reading.xyz_around(light.spectrum, scene.observer) for light in scene.lights]))
     return tuple(zip(ANGLES, mixed, strict=False))
 
@@ -172,6 +172,6 @@ def colours_around(scene: Scene, reading: InstrumentReading) -> tuple[tuple[floa
 def display_swatches(
     display: DisplayTransform, xyz: Float[np.ndarray, "N 3"], white: Float[np.ndarray, "3"]
 ) -> list[tuple[int, int, int]]:
-    """XYZ as colours of the display, 8 bits a channel."""
+    """Convert XYZ to display colours, 8 bits per channel."""
     rgb, _ = display.encode(ColourImage(xyz[:, None], "xyz", white))
     return [(int(red), int(green), int(blue)) for red, green, blue in quantise(rgb)[:, 0]]

@@ -1,4 +1,4 @@
-"""The files of one row of a review: what they are called, and what is in them."""
+"""Files of one row of a review: names and content."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from ...spectral.image import ColourImage
 from ..display.png import write_png
 from ..display.transform import DisplayTransform
 
-#: Folder of the pictures, beside the page.
+#: Folder of images, next to the page.
 PICTURES = "pictures"
 
-# Names kept unchanged. No letter here has a twin of the other case, so that two names never differ by case alone.
+# Names kept unchanged: lower case only, so that names never differ by case alone.
 _PLAIN_MATERIAL = re.compile(r"[a-z0-9_-]+(/[a-z0-9_-]+)*")
 _PLAIN_LIGHT = re.compile(r"[A-Z0-9-]+")
 _OWN_LIGHT = "as_lit"
 _LONGEST = 100
-# Names that Windows keeps for devices, whatever follows their first dot.
+# Device names reserved by Windows, with any suffix.
 _DEVICES = frozenset({"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))})
 
 
 def picture_name(material_id: str, light: str | None) -> str:
-    """Return the name, without its ending, of a material's pictures under a light; None: as the scene is lit.
+    """Return the file name, without suffix, of a material's images under a light; None: the scene's own lights.
 
-    Two different pairs have two different names on every file system, also where case does not count: `/` becomes `~`,
-    and a name that cannot be kept otherwise has a `~~` and digits of its hash behind what can be read of it.
+    Names of different pairs differ on every file system, also case-insensitive ones: `/` becomes `~`, and a name with
+    other unsafe characters is simplified and followed by `~~` and digits of its hash.
 
     >>> picture_name("paint/red", "D65"), picture_name("Paint/bright red", "FL11"), picture_name("paint/red", None)
     ('paint~red.D65', 'Paint~bright-red~~55bafbe75786.FL11', 'paint~red.as_lit')
@@ -64,17 +64,18 @@ def write_row(
     limits_mask: UInt8[np.ndarray, "H W"] | None = None,
     cut_outs: Mapping[str, UInt8[np.ndarray, "_ _ 4"]] | None = None,
 ) -> tuple[str, dict[str, str]]:
-    """Write the picture of a row and what its figures come from; paths relative to `out`: the PNG, the rest by label.
+    """Write the image of a row and the data of its figures; return paths relative to `out`: the PNG, the others by
+    label.
 
     Parameters
     ----------
     name : from `picture_name`.
-    shown_rgb : picture, encoded for the `display`.
-    sample, reference : XYZ of the renderer and of the truth, and the `coverage` of each.
-    delta_e : ΔE94 of the two; NaN where they are not compared, infinite where there is no number.
+    shown_rgb : image, encoded for `display`.
+    sample, reference : XYZ of image and reference, and the `coverage` of each.
+    delta_e : ΔE94 of the two; NaN if not compared, infinite if invalid.
     said : attributes for every header, by name.
-    cut_outs : picture ("p") and reference ("r") without a background, where the page embeds them smaller than they are.
-    limits_mask : not 0 where the display cannot show the picture; written where it is so anywhere.
+    cut_outs : image ("p") and reference ("r") without background, if the page embeds reduced versions.
+    limits_mask : non-zero where the display cannot show the image; written unless 0 everywhere.
     """
     files = {
         "XYZ EXR": f"{PICTURES}/{name}.exr",

@@ -1,10 +1,10 @@
-"""The folder of a review while it is drawn: what is finished waits in `unfinished`, and takes its place at the end.
+"""Folder of a review in progress: finished rows are stored in `unfinished` and moved into place at the end.
 
     out/unfinished/KEY/rows.npz, pictures/...    a material that is drawn, under all lights
     out/rows/KEY.npz, out/pictures/...           the same once the report is there
 
-KEY is a hash of everything that the rows depend on. A later review into the same folder takes rows whose key is its own
-and whose pictures are what they were.
+KEY is a hash of everything that the rows depend on. A later review into the same folder reuses rows with equal keys and
+unchanged images.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ from .files import PICTURES
 
 UNFINISHED, ROWS = "unfinished", "rows"
 REPORT = ("index.html", "review.json")
-# Exceptions of numpy and JSON for a file that is damaged or of another version.
+# Exceptions of numpy and JSON for a damaged file or one of another version.
 _UNREADABLE = (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile)
 
 
 @contextmanager
 def drawing_into(out: Path) -> Iterator[None]:
-    """Make the folder, for one review at a time, and clear away what one that was killed left half-done.
+    """Create the folder, locked for one review at a time, and remove remains of a killed one.
 
     Raises
     ------
     InputError
-        The folder cannot be made or written to, or another review is being drawn into it.
+        The folder cannot be created or written to, or another review is using it.
     """
     new = not out.exists()
 
@@ -59,7 +59,7 @@ def drawing_into(out: Path) -> Iterator[None]:
 
 
 def found_rows(out: Path, key: str) -> DrawnRows | None:
-    """Rows of that key that an earlier review has drawn, where their pictures are there and unchanged."""
+    """Return the rows of a key from an earlier review, if their images exist unchanged; else None."""
     for file, folder in ((out / UNFINISHED / key / "rows.npz", out / UNFINISHED / key), (_place(out, key), out)):
         with suppress(*_UNREADABLE):
             drawn = read_rows(file)
@@ -70,7 +70,7 @@ def found_rows(out: Path, key: str) -> DrawnRows | None:
 
 @contextmanager
 def drawn_rows(out: Path, key: str) -> Iterator[tuple[Path, list[DrawnRows]]]:
-    """A folder for the pictures of one key, and a list for what goes with them: kept when the block ends well."""
+    """Yield a folder for the images of one key, and a list for its rows; both are stored when the block succeeds."""
     work = out / UNFINISHED / f".{key}"
     drawn: list[DrawnRows] = []
     with clearing(lambda: shutil.rmtree(work, ignore_errors=True)):
@@ -85,9 +85,10 @@ def drawn_rows(out: Path, key: str) -> Iterator[tuple[Path, list[DrawnRows]]]:
 
 
 def put_in_place(out: Path, keys: Sequence[str], report: Path) -> None:
-    """Lay the rows of these keys and the files in the folder `report` where they belong, and forget all others.
+    """Move the rows of these keys and the files in the folder `report` into place, and remove all others.
 
-    Pictures never stand beside figures of another review: the report of before goes first, the new one comes last.
+    The old report is removed first and the new one comes last, so that images never accompany figures of another
+    review.
     """
     with undisturbed():
         for name in REPORT:
@@ -107,11 +108,11 @@ def put_in_place(out: Path, keys: Sequence[str], report: Path) -> None:
 
 
 def _forget_all_but(out: Path, keys: Collection[str]) -> None:
-    """Remove rows of earlier reviews and the pictures that only they have."""
+    """Remove rows of earlier reviews and images used only by them."""
     ours = {_place(out, key) for key in keys}
     others = [file for file in (out / ROWS).glob("*.npz") if file not in ours]
     stale = {name for file in others for name in _pictures_of(file)}
-    # Most often there are none, and what is ours need not be read.
+    # Usually there are none, and own rows need not be read.
     for name in stale and stale - {name for file in ours for name in _pictures_of(file)}:
         (out / PICTURES / name).unlink(missing_ok=True)
     for file in others:

@@ -1,7 +1,7 @@
-"""A review: every material under every light, drawn, compared with the truth, and written as a report.
+"""Reviews: every material under every light, rendered, compared with the reference, and reported.
 
-Its steps are a file each: `cases`, `draw`, `compare`, `files`. This one has their order, and takes over the rows that
-an earlier review of the same things has left.
+Steps are in files of their own: `cases`, `draw`, `compare`, `files`. This one runs them in order, and reuses rows of an
+earlier review with identical inputs.
 """
 
 from __future__ import annotations
@@ -49,9 +49,9 @@ ReadingOf = Callable[[str], InstrumentReading]
 
 @dataclass(frozen=True)
 class ReviewResult:
-    """Result of a review and its folder; `resumed` of its rows were there already.
+    """Result of a review and its folder; `resumed` of its rows were reused.
 
-    verdict, facts : the sentences that the page begins with.
+    verdict, facts : opening sentences of the page.
     """
 
     page: Path
@@ -65,8 +65,8 @@ class ReviewResult:
     resumed: int = 0
 
     def to_pandas(self) -> Any:
-        """Make a `pandas.DataFrame`, a line a row of the report: names, ΔE94 of the fast picture, and how well the
-        material is known.
+        """Return a `pandas.DataFrame` with a line per row of the report: names, ΔE94 of the fast image, and provenance
+        of the material.
 
         Raises
         ------
@@ -75,7 +75,7 @@ class ReviewResult:
         return data_frame(_HEADINGS, self._lines())
 
     def plot(self, axes: Any = None) -> Any:
-        """Draw the 99th percentile of ΔE94 of each row with matplotlib; returns the axes.
+        """Plot the 99th percentile of ΔE94 of each row with matplotlib; returns the axes.
 
         Raises
         ------
@@ -121,37 +121,37 @@ def review(
     resumed: Callable[[int, int], None] = lambda found, total: None,
     left: TimeLeft | None = None,
 ) -> ReviewResult:
-    """Render, compare and report.
+    """Render a review, compare it with the reference, and write the report.
 
     `materials`, or those of the scene's review, are swept over one part, the review's or the first. Without either, the
-    scene is judged as it stands, material by material, each over the pixels that show it. The sample is the renderer's
-    picture from fast forms; the reference is `lighting.reference.reference` from the original data.
+    unchanged scene is judged, each material over its own pixels. The sample is the renderer's image from fast forms;
+    the reference is `lighting.reference.reference` from the original data.
 
-    Rows that an earlier review has drawn from the very same things are taken as they are. A review that is broken off
-    leaves what it has drawn in the folder `unfinished`, and a report that was there before.
+    Rows of an earlier review with identical inputs are reused. An interrupted review leaves finished rows in the folder
+    `unfinished`, and the previous report intact.
 
     Parameters
     ----------
-    out : folder, made where missing: `index.html`, `review.json`, what `write_review_row` writes in `pictures/`, and in
-        `rows/` what another review into it may take over.
-    illuminants : names; None takes those of the scene's review, or `OWN_LIGHT`.
-    materials : ids or patterns in place of those of the scene's review.
+    out : folder, created if missing, for `index.html`, `review.json`, the files of `write_review_row` in `pictures/`,
+        and reusable rows in `rows/`.
+    illuminants : names; None: those of the scene's review, or `OWN_LIGHT`.
+    materials : ids or patterns instead of those of the scene's review.
     budget : ΔE94 that the 99th percentile of each row is held against.
-    size, reference_size : pixels on the longer side of pictures, by default as the camera has it, and of references, by
-        default as large as the pictures. Figures, maps and the EXRs are of the size of the references.
-    jobs : processes that compute references.
-    scheduler : address of a Dask scheduler, whose workers draw all rows instead (`cluster`); this process writes them.
-    progress : called with (rows done, rows in all, material) for each row that is drawn.
-    again : draw every row, also those that are there.
+    size, reference_size : pixels on the longer side of images, by default the camera's, and of references, by default
+        as large as the images. Figures, maps and EXRs have the size of the references.
+    jobs : processes for references.
+    scheduler : address of a Dask scheduler whose workers draw all rows instead (`cluster`); this process writes them.
+    progress : called with (rows done, number of rows, material) for each drawn row.
+    again : draw every row, also existing ones.
     ratings : a reviewer's protocol (`calibration.report.rating`), for the report.
-    resumed : called with (rows that were there, rows in all), where there are any, before the others are drawn.
-    left : is told what is expected and what is done, to estimate the time left from.
-    warn : called at once with a line for each reason why pictures show nothing; the report repeats them.
+    resumed : called with (reused rows, number of rows), if any are reused, before the others are drawn.
+    left : estimator of the remaining time, updated with expected and finished work.
+    warn : called with a message for each reason why images show nothing; the report repeats them.
 
     Raises
     ------
-    InputError : the camera sees no surface, not the part that is reviewed, or nothing that light reaches; a file or a
-        name that cannot be used; a cluster that cannot be, or would draw something else.
+    InputError : a camera that sees no surface, not the reviewed part, or nothing lit; an unusable file, name or
+        cluster; a cluster with different inputs.
     """
     out = Path(out)
     with drawing_into(out):
@@ -208,10 +208,10 @@ def _report(
     ratings: Sequence[Rating],
     reading_of: ReadingOf,
 ) -> ReviewResult:
-    """Write the report of all rows, and lay everything in its place."""
+    """Write the report of all rows, and move everything into place."""
     it = setting
     rows = tuple(row for found in drawn for row in found.rows)
-    # Known differences, put into the first material's reference.
+    # Known differences, inserted into the first material's reference.
     checks = next((found.checks for found in drawn), ())
     for line in (line for found in drawn for line in found.warnings):
         warnings(line)
@@ -256,9 +256,9 @@ def _draw_missing(
     warn: Warn,
     reading_of: ReadingOf,
 ) -> None:
-    """Fill in `drawn` where it is None; each entry is kept in the folder before it stands there.
+    """Draw the entries of `drawn` that are None; each is stored in the folder first.
 
-    workers : processes that compute references; address of a scheduler whose workers do all of it.
+    workers : processes for references; address of a scheduler whose workers do all work, or None.
     """
     jobs, scheduler = workers
     missing = _dearest_first(setting, cases, [index for index, found in enumerate(drawn) if found is None])
@@ -311,8 +311,8 @@ def _draw_missing(
 
 
 def _dearest_first(setting: Setting, cases: Sequence[ReviewCase], some: Sequence[int]) -> list[int]:
-    """Order cases so that no process works alone at the end: materials of one model share most of their reference, so
-    those of the rarest take longest.
+    """Order cases so that no process works alone at the end: materials of a common model share most of their reference,
+    so those of the rarest models are most expensive and come first.
     """
     models = [[setting.records[name].model for name in case.judged] for case in cases]
     alike = Counter(model for index in some for model in models[index])

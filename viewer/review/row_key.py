@@ -1,6 +1,4 @@
-"""Key of a review's rows, a hash of all that they depend on: rows that were drawn from the very same things are not
-drawn again.
-"""
+"""Key of a review's rows, a hash of all their inputs, for reusing rows."""
 
 from __future__ import annotations
 
@@ -20,10 +18,10 @@ from ...spectral.spectrum import Spectrum
 from ..display.transform import DisplayTransform
 from .cases import ReviewCase, Setting
 
-# Folders of code that draws or compares; pages and commands change no row.
+# Folders of code that affects rows, unlike pages and commands.
 _CODE = ("runtime", "spectral", "materials", "lighting", "calibration", "viewer")
 _KINDS = (".py", ".glsl", ".vert", ".frag")
-# Fields of a scene that change no picture: its file and its other views; its name stands in the headers of pictures.
+# Fields of a scene that do not affect images: its file and other views; its name is part of image headers.
 _UNSEEN = ("cameras", "path", "review", "notes")
 
 
@@ -39,9 +37,11 @@ def row_key(
     total: int,
     more: Sequence[str | bool],
 ) -> str:
-    """Return the hash of one scene's rows under all lights: `total` rows has the review, and `more` counts as it is."""
+    """Hash the inputs of one scene's rows under all lights; `total` is the review's number of rows, `more` is hashed
+    unchanged.
+    """
     shown = _told(scene, *_UNSEEN, "parts", "lights")
-    # Cases of a review share meshes and lights, which may be large.
+    # Cases of a review share meshes and lights, whose large hashes are cached.
     parts = [(_told(part, "mesh"), kept_fingerprint(part.mesh)) for part in scene.parts]
     lit = [kept_fingerprint(light) for light in scene.lights]
     checksums = [read_head(catalogue.path(material_id))["checksum"] for material_id in scene.material_ids]
@@ -52,9 +52,7 @@ def row_key(
 
 
 def case_key(setting: Setting, catalogue: Catalogue, case: ReviewCase, checked: bool) -> str:
-    """Return the hash of what the rows of a case depend on; `checked`: the report's checks of itself are made with
-    them.
-    """
+    """Hash the inputs of a case's rows; `checked`: including the report's self-checks."""
     it = setting
     lit, more = (it.names, it.spectra), (it.renderer.made_by, it.version, *case.judged, checked)
     if it.shown_view is not None:
@@ -63,10 +61,10 @@ def case_key(setting: Setting, catalogue: Catalogue, case: ReviewCase, checked: 
 
 
 def _told(value: Any, *but: str) -> dict[str, Any]:
-    """Return the fields of a dataclass by name, all but some."""
+    """Return the fields of a dataclass by name, except some."""
     return {each.name: getattr(value, each.name) for each in fields(value) if each.name not in but}
 
 
 def _code_hash() -> str:
-    """Hash the code that draws and compares, and the versions of what it calls."""
+    """Hash the code for rendering and comparison, and the versions of libraries."""
     return product_hash(_CODE, _KINDS)

@@ -1,4 +1,4 @@
-"""Words of a review: where materials come from, and the colour chain from spectrum to display."""
+"""Descriptions in a review: provenance of materials, and the colour chain from spectrum to display."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from ...runtime.wording import counted
 from ...spectral.spectrum import Spectrum
 from ..display.transform import DisplayTransform
 
-# Cosines of measured directions may be off by so much.
+# Tolerance of cosines of measured directions.
 _ROUNDING = 1e-6
-#: File that `metamer display config` writes beside a configuration.
+#: File written by `metamer display config` next to a configuration.
 RECORD = "display.json"
 
 
@@ -50,7 +50,7 @@ def provenance_words(record: MaterialRecord) -> dict[str, str]:
 
 
 def held_words(scene: Scene, geometry: VisibleGeometry, material: str, surface: Surface) -> tuple[str, ...]:
-    """Describe how much of a picture shows a material at angles where it was not measured."""
+    """Describe the share of an image that shows a material at angles where it was not measured."""
     if surface.measured_to is None:
         return ()
     own = np.isin(geometry.part, [at for at, part in enumerate(scene.parts) if part.material == material])
@@ -78,7 +78,7 @@ def colour_chain(
     display: DisplayTransform,
     encoded_on: str,
 ) -> list[str]:
-    """Return the colour chain from spectrum to display, a sentence each; `bounces` are those of all pictures."""
+    """Return the colour chain from spectrum to display, one sentence per step; `bounces` are those of all images."""
     observer = scene.observer
     traced = f"Reference: {rays_words()}, the original data of each material at every wavelength, float64"
     if scene.spread_lights:
@@ -118,7 +118,7 @@ def _bounces_words(bounces: Collection[int]) -> str:
 
 
 def display_words(display: DisplayTransform, now: datetime | None = None) -> list[str]:
-    """Name, model, last verification and its age, a sentence each; none for a display that is not characterised."""
+    """Return sentences on name, model, and last verification with its age; none for an uncharacterised display."""
     path = Path(display.config_name).parent / RECORD
     if display.config_name.startswith("ocio://") or not path.is_file():
         return []

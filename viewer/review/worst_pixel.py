@@ -1,10 +1,9 @@
-"""The worst pixels of a case as spectra: how the picture's material and the original differ there, wavelength by
-wavelength.
+"""Spectra of the worst pixels of a case: image and reference by wavelength.
 
-Both are traced alike, with the same drawn directions: the original data, and the fast form that pictures are made of
-before the plan takes it into fewer coefficients. What a pixel sends on is linear in the light, so that a band added to
-an even light tells what it reflects of that band, relative to the perfect diffuser that receives the reference
-illuminance. (Of a narrow band alone the white may have no Z, and nothing is seen relative to it.)
+Original data and fast form, before reduction to the plan's coefficients, are rendered by the reference renderer with
+the same random directions. A pixel's radiance is linear in the light, so that the effect of a band added to an
+equal-energy light is the reflection of that band, relative to a perfect diffuser under the reference illuminance.
+(Under a narrow band alone the white may have Z = 0, and relative colours would be undefined.)
 """
 
 from __future__ import annotations
@@ -25,17 +24,17 @@ from ...spectral.observers import Observer
 from ...spectral.spectrum import Spectrum
 from .cases import ReviewCase, Setting
 
-#: nm, in the middle of bands that fall to nothing at their neighbours.
+#: Centres of triangular bands, nm; each falls to 0 at its neighbours.
 BANDS_NM = np.arange(400.0, 701.0, 10.0)
-# Strong enough for a band at either end of the visible to outshine the even light, and far within float64.
+# Power of a band, large enough to outshine the equal-energy light at either end of the visible, and far within float64.
 _STRENGTH = 1e6
 #: Radiance factors (L,) of a pixel (row, column) at `BANDS_NM` by the original data and by render forms.
 PixelSpectra = Callable[[tuple[int, int]], tuple[Float[np.ndarray, "L"], Float[np.ndarray, "L"]] | None]
 
 
 def pixel_spectra(setting: Setting, case: ReviewCase) -> PixelSpectra:
-    """Spectra of pixels of a case, each worked out once; None where a material fluoresces: what it sends out is no
-    share of what arrives at that wavelength.
+    """Return a function of pixels of a case that computes and caches their spectra; None for fluorescent materials,
+    whose emission is no reflectance.
     """
     names = case.scene.material_ids
 
@@ -70,14 +69,16 @@ def _factors(
         budget=setting.budget,
         bounces=int(scene.bounces),
     )
-    # Y of the white is 1 under each light, however much it holds.
+    # Y of the white is 1 under each light, whatever its power.
     sent = found.xyz[:, 0, 0, 1] * luminous
     return (sent[1:] - sent[0]) / (luminous[1:] - luminous[0])
 
 
 @cache
 def _lights(seen_by: Observer) -> tuple[tuple[Spectrum, ...], Float[np.ndarray, "M"]]:
-    """Return an even light, and the same with a band of `_STRENGTH` at each of `BANDS_NM`; and how luminous each is."""
+    """Return an equal-energy light, the same with a band of `_STRENGTH` at each of `BANDS_NM`, and the luminance of
+    each.
+    """
     nm = np.arange(360.0, 831.0, 5.0)
     step = BANDS_NM[1] - BANDS_NM[0]
     bands = [np.maximum(1.0 - np.abs(nm - middle) / step, 0.0) for middle in BANDS_NM.tolist()]
@@ -86,7 +87,7 @@ def _lights(seen_by: Observer) -> tuple[tuple[Spectrum, ...], Float[np.ndarray, 
 
 
 def _only(geometry: VisibleGeometry, pixel: int) -> VisibleGeometry:
-    """One pixel of it."""
+    """Return the geometry of one pixel."""
     chosen = np.flatnonzero(geometry.pixel == pixel)
     place = np.full(len(geometry.pixel), -1)
     place[chosen] = np.arange(len(chosen))

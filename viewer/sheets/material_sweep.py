@@ -1,6 +1,6 @@
-"""Pictures along a slider: one scene with one material after the other on a part of it, and all of them in a row.
+"""Images along a slider: one scene with a sequence of materials on a part, and a strip of them.
 
-Meshes, shadows and rays between surfaces hang on the geometry: the renderer has them from the first picture on.
+Meshes, shadows and rays between surfaces depend on geometry only and are computed once.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ def along(
     camera: str | None = None,
     warn: Warn = unheard,
 ) -> Iterator[tuple[Material, Picture]]:
-    """Yield the scene with each of the materials on a part, one after the other; each is drawn when it is asked for.
+    """Yield images of the scene with each of the materials on a part, rendered on demand.
 
     Parameters
     ----------
-    materials : such as `varied_along` makes, or the neighbours that `like` finds; they need not be in the catalogue,
-        which has those of all other parts.
+    materials : for instance from `varied_along` or `like`; they need not be in the catalogue, which has those of all
+        other parts.
 
     Raises
     ------
-    UnknownNameError : no such part, no such camera. InputError : what `RenderSession.render` raises.
+    UnknownNameError : an unknown part or camera. InputError : see `RenderSession.render`.
     """
     scene.part(part)
     for material in materials:
@@ -51,7 +51,7 @@ def along(
 
 
 def row_of(pictures: Sequence[UInt8[np.ndarray, "H W 3"]], captions: Sequence[str]) -> UInt8[np.ndarray, "H2 W2 3"]:
-    """Pictures of one size side by side, display-encoded, each with its caption under it."""
+    """Join display-encoded images of one size side by side, each with a caption below."""
     from PIL import Image
 
     if not pictures:

@@ -1,4 +1,4 @@
-"""Thumbnails of a catalogue's materials, and a contact sheet of them: for looking through a library by eye."""
+"""Thumbnails of a catalogue's materials, and contact sheets."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ from .sheet_text import fitted_line, sheet_font, write_line
 _CAPTION_POINTS = 11
 _LINES = 4
 _GAP = 12
-# The model of records that are worn on a cloth.
+# Model of materials shown on a cloth.
 _BTF = "btf"
-# Materials that are read before matt ones among them, whose pictures differ in colour alone, are drawn at once.
+# Number of materials read ahead, so that diffuse ones, whose images differ only in colour, are rendered together.
 _AT_ONCE = 50
 _PAGE, _INK, _SOFT = (241, 241, 241), (26, 26, 26), (93, 93, 93)
-# Behind pictures: L* 50.
+# Background of images: L* 50.
 _STAGE = (119, 119, 119)
 
 
 @dataclass(frozen=True, eq=False)
 class Thumbnail:
-    """One material, small.
+    """Thumbnail of a material.
 
     picture : display-encoded sRGB: a sphere that wears the fast form, with its coverage as alpha, or the curve of a
         spectrum without a surface.
@@ -64,11 +64,11 @@ def thumbnails(
     progress: Callable[[int, int, str], None] = lambda done, total, what: None,
     cloth: Scene | None = None,
 ) -> Iterator[Thumbnail]:
-    """One thumbnail a summary, in that order; `scene`, whose reviewed part wears each material, is kept between them.
+    """Yield one thumbnail per summary, in order, with each material on the reviewed part of `scene`.
 
     cloth : what BTFs are worn on instead (`thumbnail_scene`); None: the same as all.
 
-    A file that cannot be used gives a grey thumbnail with the reason; it holds up no other.
+    An unusable file gives a grey thumbnail with the reason.
     """
     scene, cloth = (
         replace(one, cameras=(replace(one.camera(), width=pixels, height_px=pixels),))

@@ -1,8 +1,8 @@
-"""A scene with other materials or other light: its picture before and after, and what became of each part.
+"""Comparison of a scene before and after a change of materials or light, part by part.
 
-Light adds up, so that the change of a picture is that of light which comes straight from lamps, and that of light which
-comes by way of other surfaces. Each is judged alone, the other one left as it was before. Rays between surfaces hang on
-the geometry: what was traced of it before serves both pictures (`RenderSettings.rays_folder`).
+Light is additive, so that the change of an image is the sum of changes of direct and indirect light. Each is judged
+alone, with the other one unchanged. Rays between surfaces depend on geometry only and are shared by both images
+(`RenderSettings.rays_folder`).
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from ..render.session import RenderSession
 class PartChange:
     """Effect of a change on the pixels of one part, in ΔE94 from before to after.
 
-    before, after : its material. all : with all light. directly : only light straight from lamps is changed.
-    by_others : only light by way of other surfaces is. None of a part of which no pixel shows that part alone.
+    before, after : its material. all : with all light. directly : with only direct light changed.
+    by_others : with only indirect light changed. None for a part without pixels of its own.
     """
 
     part: str
@@ -44,7 +44,7 @@ class PartChange:
 class Relit:
     """Two states of a scene from one camera.
 
-    seconds_before, seconds_after : of the picture with bounces, all in all.
+    seconds_before, seconds_after : total time of the image with bounces.
     """
 
     before: Picture
@@ -61,7 +61,7 @@ def dressed(scene: Scene, materials: Mapping[str, str]) -> Scene:
 
     Raises
     ------
-    UnknownNameError : no part of that name.
+    UnknownNameError : unknown part.
     """
     for part, material in materials.items():
         scene = scene.with_material(part, material)
@@ -76,21 +76,20 @@ def relit(
     camera: str | None = None,
     warn: Warn = unheard,
 ) -> Relit:
-    """Draw both states and compare them part by part.
+    """Render both states and compare them part by part.
 
-    Where the light's colour changes, each picture is seen by an eye that is used to its white: what is after is adapted
-    (Bradford) to the white of before.
+    If the white changes, the image after is adapted to the white before (Bradford).
 
     Parameters
     ----------
-    before, after : with the same parts in the same places (`dressed`, `Scene.with_illuminant`); `bounces` of each.
+    before, after : with identical geometry (`dressed`, `Scene.with_illuminant`), each with its `bounces`.
 
     Raises
     ------
-    UnknownNameError : a material that the catalogue does not have, no such camera.
-    InputError : what `RenderSession.render` raises.
+    UnknownNameError : a material that is not in the catalogue, an unknown camera.
+    InputError : see `RenderSession.render`.
     """
-    # The last picture drawn is that of after: the renderer's `bounced` speaks of it.
+    # The image after is rendered last, so that the renderer's `bounced` refers to it.
     straight = [picture(replace(one, bounces=0), catalogue, camera, renderer).xyz for one in (before, after)]
     drawn, seconds, bounces = [], [], []
     for one in (before, after):
@@ -114,11 +113,9 @@ def relit(
 
 
 def _whole_pixels(states: Sequence[Scene], drawn: Picture, catalogue: Catalogue) -> Float[np.ndarray, "H W"]:
-    """Return the number of the part that is all that a pixel shows in each state; NaN where it shows several, or
-    nothing.
-    """
+    """Return the index of the only part visible in a pixel in all states; NaN for several parts or none."""
     cut = [one.cut({name: catalogue.surface(name).drawn() for name in one.material_ids}) for one in states]
-    # Without holes all states show the same.
+    # Without holes all states have the same visible geometry.
     holed = [one for one in cut if any(hole is not None for hole in one.cutouts)]
     return reduce(_agreed, [_shown_alone(one, drawn) for one in (cut if holed else cut[:1])])
 

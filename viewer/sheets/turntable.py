@@ -1,4 +1,4 @@
-"""A turntable: pictures from all around, and one that moves."""
+"""Turntables: images from all around, and animations."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ...runtime.files import written_whole
 from ..picture import Picture, bounced_words
 from ..render.session import RenderSession
 
-# Milliseconds of a whole turn.
+# Milliseconds per turn.
 _TURN_MS = 6000
 
 
@@ -44,12 +44,12 @@ def turntable_cameras(camera: Camera, frames: int) -> tuple[Camera, ...]:
 def turntable(
     scene: Scene, catalogue: Catalogue, camera: str | None, renderer: RenderSession, frames: int
 ) -> Iterator[Picture]:
-    """Pictures of a full turn, the first as `picture` draws it. Light between surfaces is found once for all.
+    """Render the images of a full turn, the first as by `picture`; indirect light is computed once.
 
     Raises
     ------
-    UnknownNameError : a material that the catalogue does not have, no such camera.
-    InputError : what `RenderSession.render` raises.
+    UnknownNameError : a material that is not in the catalogue, an unknown camera.
+    InputError : see `RenderSession.render`.
     """
     surfaces = renderer.forms(catalogue, scene)
     for view in turntable_cameras(scene.camera(camera), frames):
@@ -61,7 +61,7 @@ def turntable(
 
 
 def write_animated(output: Path, frames: Sequence[Path]) -> None:
-    """Pictures in files as one that moves and begins anew for ever: WebP, of which nothing is lost."""
+    """Combine image files into an endlessly looping animation: lossless WebP."""
     from PIL import Image
 
     first, *rest = (Image.open(frame).convert("RGB") for frame in frames)
