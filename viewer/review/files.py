@@ -22,7 +22,7 @@ from ..display.transform import DisplayTransform
 #: Folder of images, next to the page.
 PICTURES = "pictures"
 
-# Names kept unchanged: lower case only, so that names never differ by case alone.
+# Names kept unchanged: materials in lower case, lights in upper case, so that names never differ by case alone.
 _PLAIN_MATERIAL = re.compile(r"[a-z0-9_-]+(/[a-z0-9_-]+)*")
 _PLAIN_LIGHT = re.compile(r"[A-Z0-9-]+")
 _OWN_LIGHT = "as_lit"

@@ -33,8 +33,8 @@ PixelSpectra = Callable[[tuple[int, int]], tuple[Float[np.ndarray, "L"], Float[n
 
 
 def pixel_spectra(setting: Setting, case: ReviewCase) -> PixelSpectra:
-    """Return a function of pixels of a case that computes and caches their spectra; None for fluorescent materials,
-    whose emission is no reflectance.
+    """Return a cached function from pixels of a case to their spectra; it gives None if a material fluoresces, whose
+    emission is no reflectance.
     """
     names = case.scene.material_ids
 

@@ -22,7 +22,7 @@ from .window import Window
 
 
 def put_actions(window: Window) -> None:
-    """Tell the desk what to do for each command of the window; those that are not named open a dialog of their name."""
+    """Register the action of each command of the window; others open the dialog of their name."""
     actions: dict[str, Callable[[], None]] = {
         "quit": lambda: setattr(window, "asked_to_close", True),
         "panels": lambda: setattr(window, "panels_shown", not window.panels_shown),
@@ -39,7 +39,7 @@ def put_actions(window: Window) -> None:
 
 
 def screenshot(window: Window, path: Path | None = None) -> None:
-    """Write the picture as a PNG, with the chain in it; named after the time where nobody names it."""
+    """Write the image as a PNG with the colour chain; by default named after the time."""
     frame = window.frame
     if frame is None or frame.texture is None:
         window.desk.tell("There is no picture yet", about="screenshot")
@@ -49,8 +49,8 @@ def screenshot(window: Window, path: Path | None = None) -> None:
 
 
 def probes(window: Window) -> list[Named] | None:
-    """Return all that is probed now: what the pointer was last over, and the pins, of both sides; None, and say why,
-    where nothing is, or nothing of what is seen now has been read yet.
+    """Return the current probes of both sides, at the pointer's last position and at pins; None, with a notice, if
+    there are none or they have not been read yet.
     """
     frame, session, probing = window.frame, window.desk.session, window.probing
     view, spots = window.view, []
@@ -81,7 +81,7 @@ def _shown(frame, session, reading: ProbeReading):
 
 
 def keep_picture(window: Window, file: Path) -> None:
-    """Write side A's picture in XYZ, which can be side B of any other."""
+    """Write side A's image in XYZ, for use as side B."""
     frame = window.frame
     if not isinstance(frame, Frame):
         window.desk.tell("Only a scene's picture is kept: an image is a file already", problem=True, about="keep")
@@ -90,7 +90,7 @@ def keep_picture(window: Window, file: Path) -> None:
 
 
 def copy_probe(window: Window) -> None:
-    """Put all probes into the clipboard."""
+    """Copy all probes to the clipboard."""
     found = probes(window)
     if found is None:
         return
@@ -99,7 +99,7 @@ def copy_probe(window: Window) -> None:
 
 
 def write_probes(window: Window, file: Path) -> bool:
-    """Write all probes as CxF, or as CSV with spectra in a file beside it, by the suffix; whether it was done."""
+    """Write all probes as CxF, or as CSV with spectra in a second file, by the suffix; return whether it was done."""
     found = probes(window)
     if found is None:
         return False
@@ -117,7 +117,7 @@ def write_probes(window: Window, file: Path) -> bool:
 
 
 def rate(window: Window, verdict: Verdict, score: int = 0, note: str = "") -> None:
-    """Say of what is seen that it is approved, rejected, or neither."""
+    """Rate the shown material as approved, rejected, or neither."""
     frame, session, probing = window.frame, window.desk.session, window.probing
     if session.subject.kind == "image":
         window.desk.tell("Materials are rated; an image has none", about="rate")
@@ -125,7 +125,7 @@ def rate(window: Window, verdict: Verdict, score: int = 0, note: str = "") -> No
     if verdict != "open" and (frame is None or frame.quality != Quality.EXACT):
         window.desk.tell("The picture is not exact yet: judge no colour by it; a note can be kept", about="rate")
         return
-    # A reading of the light before would stand beside the name of this one.
+    # A reading under the previous light must not be stored with the name of this one.
     spot = probing.cursor if probing.fresh("cursor", window.view) else None
     reading = other = shown = None
     if spot is not None and frame is not None and spot.readings:
@@ -148,13 +148,13 @@ def rate(window: Window, verdict: Verdict, score: int = 0, note: str = "") -> No
 
 
 class FullScreenSwitch:
-    """Takes the first monitor for the window, and gives it back."""
+    """Switch between full screen on the first monitor and the window."""
 
     def __init__(self) -> None:
         self._before: tuple[int, int, int, int] | None = None
 
     def turn(self) -> None:
-        """Turn it on, or off again."""
+        """Toggle full screen."""
         window = glfw_window_hello_imgui()
         if self._before is None:
             monitor = glfw.get_primary_monitor()

@@ -1,4 +1,4 @@
-"""Dialogs: the palette, help, and what asks for a name before it is done."""
+"""Dialogs: palette, help, and input of file names."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .panels import protocol
 from .widgets import em, quiet
 from .window import Window
 
-# Dialogs that ask for a file: title, what is asked for, the button, and the suffix of what is written.
+# File dialogs: title, prompt, button, and suffix of the written file.
 _FILES = {
     "open": ("Open", "scene.toml, session.toml or image.exr", "Open", ""),
     "save.as": ("Save the session", "session.toml", "Save", ".toml"),
@@ -30,7 +30,7 @@ TABS = {"metamerism": "Metamerism", "material.like": "Edit", "rate.note": "Proto
 
 
 def draw_dialog(window: Window) -> bool:
-    """Return the dialog that is open; whether there is one, and keys are none of commands."""
+    """Draw the open dialog; return whether there is one, which takes keyboard input."""
     desk = window.desk
     name = desk.dialog
     if name in TABS:
@@ -46,7 +46,7 @@ def draw_dialog(window: Window) -> bool:
     room = imgui.get_main_viewport().size
     across, top = min(em(wide), room.x), min(em(5.0), room.y * 0.1)
     imgui.set_next_window_pos(ImVec2(room.x / 2.0, top), 0, ImVec2(0.5, 0.0))
-    # A dialog that is taller than the window is scrolled.
+    # A dialog taller than the window scrolls.
     imgui.set_next_window_size_constraints(ImVec2(across, 0.0), ImVec2(across, max(room.y - top - em(0.5), em(2.0))))
     flags = imgui.WindowFlags_
     imgui.push_style_color(imgui.Col_.window_bg, window.style.panel(5.0))
@@ -101,7 +101,7 @@ def _ask_file(window: Window, opened: bool) -> bool:
 
 
 def _do(window: Window, name: str, file: Path) -> bool:
-    """Return whether it was done."""
+    """Perform a dialog's command with a file; return whether it was done."""
     desk = window.desk
     doing: dict[str, Callable[[], object]] = {
         "open": lambda: desk.open(str(file)),

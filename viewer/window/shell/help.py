@@ -19,7 +19,7 @@ _MOUSE = (
 
 
 def draw_help(window: Window) -> None:
-    """All keys by group, in columns; to be called inside the window that shows it."""
+    """Draw all keys by group, in columns, inside the current window."""
     groups = window.desk.commands.help()
     if imgui.begin_table("keys", 4, imgui.TableFlags_.sizing_stretch_same):
         imgui.table_next_column()

@@ -1,4 +1,4 @@
-"""Keys to commands: which are pressed, which are held."""
+"""Keyboard input: commands of pressed and held keys."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ _NAMED: dict[str, imgui.Key] = {
     "Backspace": imgui.Key.backspace, ",": imgui.Key.comma, ".": imgui.Key.period, "[": imgui.Key.left_bracket,
     "]": imgui.Key.right_bracket, "=": imgui.Key.equal, "-": imgui.Key.minus,
 }  # fmt: skip
-# Keys by what they type, wherever they lie on a keyboard.
+# Keys by typed character, for any keyboard layout.
 _TYPED = "?+"
-# Commands that go on while their key is held down.
+# Commands that repeat while their key is held.
 _REPEATED = (".up", ".down", ".left", ".right", ".next", ".previous", "zoom.in", "zoom.out", "undo", "redo")
 
 
 def key_of(name: str) -> imgui.Key | None:
-    """Return the key of a name; None of one that is known by what it types, and of Shift alone."""
+    """Return the key of a name; None for keys identified by typed character, and for Shift alone."""
     if name in _NAMED:
         return _NAMED[name]
     if len(name) == 1 and name.isalnum():
@@ -32,7 +32,7 @@ def key_of(name: str) -> imgui.Key | None:
 
 
 def press_keys(desk: Desk) -> None:
-    """Run the commands of the keys that are pressed; none while something is being typed."""
+    """Run the commands of pressed keys; none while text is being typed."""
     io = imgui.get_io()
     if io.want_text_input:
         _hold(desk, desk.commands, False)
@@ -61,7 +61,7 @@ def _pressed(chord: str, repeated: bool) -> bool:
 
 
 def _hold(desk: Desk, commands: Commands, listen: bool) -> None:
-    """Press and release what acts while it is held."""
+    """Press and release commands that act while held."""
     for command in commands:
         if command.held:
             desk.hold(command, listen and any(_down(command, name) for name in command.keys))
@@ -70,7 +70,7 @@ def _hold(desk: Desk, commands: Commands, listen: bool) -> None:
 def _down(command: Command, name: str) -> bool:
     io = imgui.get_io()
     if name == "Shift":
-        # By itself: with other keys and in a click it means something else.
+        # Only alone, since it has other meanings with other keys and clicks.
         others = io.key_ctrl or io.key_alt or any(imgui.is_mouse_down(number) for number in range(3))
         return io.key_shift and not others
     key = key_of(name)

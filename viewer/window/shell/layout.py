@@ -1,4 +1,4 @@
-"""Layout of panels: one row on top, a column on either side, the chain below, the picture in the middle."""
+"""Layout of panels: a row on top, a column on either side, the colour chain below, the image at the centre."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from .style import grey
 from .widgets import em
 from .window import Window
 
-# Sizes of text: heights of the rows, widths of the columns; and the least width of a window that has columns.
+# Heights of rows, widths of columns, and the least width of a window with columns, in text sizes.
 _TOP, _BOTTOM, _LEFT, _RIGHT, _LEAST = 2.6, 3.4, 16.5, 22.0, 60.0
 _TABS = {"Pins": pins, "Edit": edit, "Metamerism": metamerism, "Protocol": protocol, "Trust": trust}
 _FIXED = (
@@ -43,7 +43,7 @@ _FIXED = (
 
 
 def draw(window: Window, area: PictureArea) -> None:
-    """One frame of the interface; `area` is kept from one to the next."""
+    """Draw one frame of the interface; `area` persists between frames."""
     frame = window.frame
     if frame is not None:
         window.style.put(window.desk.session.interface, frame.display)
@@ -79,7 +79,7 @@ def draw(window: Window, area: PictureArea) -> None:
 
 
 def _draw_left(window: Window) -> None:
-    """A section each: what is looked at, in which light, how it is compared and shown."""
+    """Draw the left column: subject, light, comparison and display."""
     of_image = window.desk.session.subject.kind == "image"
     (image if of_image else materials).draw(window)
     light.draw(window)
@@ -90,7 +90,7 @@ def _draw_left(window: Window) -> None:
 
 
 def _draw_right(window: Window) -> None:
-    """The probe above, tabs of what else there is to know and to do below."""
+    """Draw the right column: probe above, tabs below."""
     probe.draw(window)
     wanted, window.kept.tab = window.kept.tab, None
     if imgui.begin_tab_bar("tabs"):
@@ -113,8 +113,8 @@ def _area(name: str, x: float, y: float, width: float, height: float, scrolled: 
 
 
 def _draw_notices(window: Window, x: float, y: float, width: float) -> None:
-    """Say what there is to say over the upper edge of the picture, whose area begins at x, y; problems stay until
-    they are dismissed or solved, and messages while the mouse is over them: nothing moves away from under it.
+    """Draw notices over the upper edge of the image, whose area begins at x, y; problems stay until dismissed or
+    solved, and messages while the mouse is over them, so that nothing moves under it.
     """
     said = window.desk.said(held=window.kept.notices_hovered)
     window.kept.notices_hovered = False
@@ -133,7 +133,7 @@ def _draw_notices(window: Window, x: float, y: float, width: float) -> None:
     )  # fmt: skip
     window.kept.notices_hovered = imgui.is_window_hovered(imgui.HoveredFlags_.allow_when_blocked_by_active_item)
     for one in said:
-        # A problem of the picture is solved or taken back: it would be told again.
+        # A problem of the image must be solved or reverted, since it would be reported again.
         dismissed = one.problem and one.about != "picture"
         imgui.push_text_wrap_pos(wide - em(6.0 if dismissed else 1.0))
         imgui.text_unformatted(one.words)

@@ -22,21 +22,21 @@ from .picture import PictureArea
 from .style import Style
 from .window import Window
 
-#: In 96ths of an inch, as hello_imgui counts.
+#: In units of 1/96 inch, as in hello_imgui.
 SIZE = (1440, 860)
 _WITHOUT = "`metamer render SCENE -o OUT.png` and `metamer review` need no display"
 _VERSION = f"{REQUIRED_VERSION // 100}.{REQUIRED_VERSION % 100 // 10}"
 
 
 class NoWindow(MetamerError):
-    """No window can be opened here; the message says why, and what there is without."""
+    """Error for a window that cannot be opened; the message has the reason and alternatives."""
 
     def __init__(self, reason: str, without: str = _WITHOUT) -> None:
         super().__init__(f"no window can be opened: {reason}\n  without one: {without}")
 
 
 def check_screen(without: str = _WITHOUT) -> None:
-    """Raise `NoWindow` where this system has no display to open a window on."""
+    """Raise `NoWindow` if this system has no display."""
     linux = sys.platform.startswith(("linux", "freebsd"))
     if linux and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         raise NoWindow("neither DISPLAY nor WAYLAND_DISPLAY is set, so there is no display", without)
@@ -53,12 +53,12 @@ def run(
 
     Parameters
     ----------
-    keep : a file that the session is written to as the window is closed. size : of the window.
-    runs : what runs it, in place of hello_imgui's loop: for tests. scale : of text; 0 is that of the display.
+    keep : file for the session when the window is closed. size : of the window.
+    runs : replaces hello_imgui's loop, for tests. scale : of text; 0 is the display's.
 
     Raises
     ------
-    NoWindow : no display, no OpenGL of the version that is needed, or it would not open.
+    NoWindow : no display, no sufficient OpenGL, or failure to open.
     """
     check_screen()
     window = Window(desk)

@@ -1,4 +1,4 @@
-"""Overlays on the picture: whose side is where, the wipe's line, the scale, pins, regions."""
+"""Overlays on the image: names of sides, the wipe's line, the scale, pins, regions."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _STEPS = 32
 
 
 class _Pen:
-    """Draws in places of the picture."""
+    """Drawing in image coordinates."""
 
     def __init__(self, window: Window, corner: ImVec2, place: PicturePlace, scale: float) -> None:
         self.list = imgui.get_window_draw_list()
@@ -35,7 +35,7 @@ class _Pen:
         return imgui.color_convert_float4_to_u32(grey(lightness, self._display, alpha))
 
     def tag(self, words: str, x: float, y: float, from_right: bool = False) -> None:
-        """Words on a dark plate, its corner at a place of the screen."""
+        """Draw text on a dark plate with its corner at a screen position."""
         size, pad = imgui.calc_text_size(words), em(0.35)
         x = x - size.x - 2.0 * pad if from_right else x
         self.list.add_rect_filled(
@@ -69,7 +69,7 @@ def draw_overlays(
 
 
 def side_words(session: Session, window: Window) -> tuple[str, str]:
-    """Describe each side in a few words: all that the sides differ in."""
+    """Describe each side in a few words: the differences between them."""
     other, choices = session.other, window.desk.choices
     first, second = [], []
     material = choices.material(session)

@@ -1,4 +1,4 @@
-"""Patches for an instrument: a whole screen in one colour after another, in the very codes that were asked for."""
+"""Patches for an instrument: a sequence of full-screen colours in exact codes."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _END = glfw.KEY_ESCAPE, glfw.KEY_Q
 # A clear of a framebuffer needs no more than what moderngl itself does.
 _GL = 3, 3
 _GL_DITHER = 0x0BD0
-# Seconds between two drawings of a patch that stays: something may have lain over it.
+# Interval of redrawing a static patch, seconds, since it may have been covered.
 _AGAIN_S = 0.25
 _CODES = 255.0
 _WITHOUT = "`metamer display measure` has ArgyllCMS show the patches"
-# Errors are told by those who meet them here.
+# Errors are reported by callers.
 glfw.ERROR_REPORTING = False
 
 
@@ -35,7 +35,7 @@ class _Sequence:
         self.at, self.ended, self.since = 0, False, time.monotonic()
 
     def press(self, _window: object, key: int, _scancode: int, action: int, _modifiers: int) -> None:
-        """Go on, go back or end, as GLFW tells of keys; others do nothing."""
+        """Handle a GLFW key event: next, previous or end; others are ignored."""
         if action == glfw.RELEASE:
             return
         if key in _END:
@@ -44,12 +44,12 @@ class _Sequence:
             self.go(1 if key in _NEXT else -1)
 
     def go(self, steps: int) -> None:
-        """Go on or back; the first and the last stay."""
+        """Move by steps, stopping at the first and last patch."""
         self.at = min(max(self.at + steps, 0), self.count - 1)
         self.since = time.monotonic()
 
     def left(self) -> float:
-        """Seconds until the next drawing; moves on where the time of a patch is up."""
+        """Return the seconds until the next drawing; advances when the time of a patch is up."""
         if self.seconds is None:
             return _AGAIN_S
         left = self.since + self.seconds - time.monotonic()
@@ -68,23 +68,23 @@ def show_patches(
     surround: float = 0.0,
     screen: int = 1,
 ) -> int:
-    """Show patches on a whole screen, one after another, until Escape or, where they go on by time, the last.
+    """Show patches full-screen, one after another, until Escape or, with timing, the last.
 
     Space and the arrow keys go on and back.
 
     Parameters
     ----------
-    codes : from 0 to 1, each a whole code of 8 bits. on_shown : is called with the place of each as it is shown.
-    seconds : for which each stays; None until a key is pressed. size : share of the screen's area, in its middle.
+    codes : 0 to 1, each an exact 8-bit code. on_shown : called with the index of each patch as it is shown.
+    seconds : per patch; None waits for a key. size : share of the screen's area, centred.
     surround : code of the grey around. screen : from 1.
 
     Returns
     -------
-    How many patches were seen, of the beginning of the sequence.
+    Number of patches shown, from the beginning of the sequence.
 
     Raises
     ------
-    InputError : codes of more than 8 bits; no such screen. NoWindow : no display or no OpenGL.
+    InputError : codes of more than 8 bits; an unknown screen. NoWindow : no display or no OpenGL.
     """
     if np.abs(codes * _CODES - np.round(codes * _CODES)).max() > 0.01:
         raise InputError(
@@ -115,7 +115,7 @@ def show_patches(
 
 
 def _opened(screen: int):
-    """Return a GL context and the window that fills a screen."""
+    """Open a full-screen window; return it with its GL context."""
     monitors = glfw.get_monitors()
     if not 1 <= screen <= len(monitors):
         raise InputError("no such screen", field="--screen", found=screen, expected=f"1 to {len(monitors)}")
@@ -140,7 +140,7 @@ def _opened(screen: int):
 
 
 def _reason() -> str:
-    """Return what GLFW says of what went wrong last."""
+    """Return GLFW's description of the last error."""
     _, words = glfw.get_error()
     return (words or b"the system gives none").decode("utf-8", "replace")
 
@@ -148,7 +148,7 @@ def _reason() -> str:
 def _draw(
     target: moderngl.Framebuffer, pixels: tuple[int, int], code: np.ndarray, size: float, surround: float
 ) -> None:
-    """Fill the screen with the surround, and its middle with the patch."""
+    """Fill the screen with the surround, and its centre with the patch."""
     width, height = (max(round(side * size**0.5), 1) for side in pixels)
     target.use()
     target.viewport = (0, 0, *pixels)

@@ -13,12 +13,12 @@ from .style import SMALL, Style
 
 
 def em(count: float) -> float:
-    """Return a length in sizes of the text."""
+    """Convert a length in text sizes to pixels."""
     return hello_imgui.em_size(count)
 
 
 def heading(words: str, style: Style) -> None:
-    """Over a group of widgets."""
+    """Draw a heading of a group of widgets."""
     imgui.dummy(ImVec2(0.0, em(0.15)))
     imgui.push_font(style.bold, SMALL)
     imgui.text_disabled(words)
@@ -26,7 +26,7 @@ def heading(words: str, style: Style) -> None:
 
 
 def button(label: str, chosen: bool, style: Style) -> bool:
-    """Return a button that shows whether it is what is chosen; whether it was clicked."""
+    """Draw a button highlighted if chosen; return whether it was clicked."""
     if chosen:
         back, front = style.chosen
         for kind in (imgui.Col_.button, imgui.Col_.button_hovered):
@@ -41,9 +41,9 @@ def button(label: str, chosen: bool, style: Style) -> bool:
 def choice(
     name: str, options: Sequence[tuple[str, str]], chosen: str, style: Style, room: float, tip: Callable[[str], str]
 ) -> str | None:
-    """One of some: buttons in a row where there is room, else a list to open. What was clicked, or None.
+    """Draw a choice, as buttons in a row if there is room, else as a combo box; return the clicked key or None.
 
-    options : each by its key and its words; test and script find a button as "WORDS##NAME".
+    options : key and words of each; tests and scripts find a button as "WORDS##NAME".
     """
     gap = em(0.15)
     padding = 2.0 * imgui.get_style().frame_padding.x
@@ -61,7 +61,7 @@ def choice(
 
 
 def combo(name: str, options: Sequence[tuple[str, str]], chosen: str, width: float = -1.0) -> str | None:
-    """One of some, in a list to open; what was clicked, or None."""
+    """Draw a combo box; return the clicked key or None."""
     clicked = None
     imgui.set_next_item_width(width)
     if imgui.begin_combo(f"##{name}", dict(options).get(chosen, chosen)):
@@ -75,7 +75,7 @@ def combo(name: str, options: Sequence[tuple[str, str]], chosen: str, width: flo
 
 
 def dial_slider(desk: Desk, dial: Dial, form: str) -> None:
-    """A dial: dragged, or typed after Ctrl+click."""
+    """Draw a dial's slider, which can be dragged, or typed into after Ctrl+click."""
     flags = imgui.SliderFlags_.always_clamp
     if dial.logarithmic:
         flags |= imgui.SliderFlags_.logarithmic
@@ -94,7 +94,7 @@ def tooltip(words: str) -> None:
 
 
 def facts(name: str, rows: Sequence[Sequence[str]], widths: Sequence[float] = ()) -> None:
-    """A table of words, whose columns but the first are set to the right; an empty table is none."""
+    """Draw a table of words, all columns but the first right-aligned; nothing for an empty table."""
     if not rows:
         return
     columns = max(len(row) for row in rows)
@@ -113,7 +113,7 @@ def facts(name: str, rows: Sequence[Sequence[str]], widths: Sequence[float] = ()
 
 
 def right(words: str) -> None:
-    """Text that ends where its column ends."""
+    """Write right-aligned text."""
     room = imgui.get_content_region_avail().x - imgui.calc_text_size(words).x
     if room > 0.0:
         imgui.set_cursor_pos_x(imgui.get_cursor_pos_x() + room)
@@ -128,20 +128,20 @@ def quiet(words: str) -> None:
 
 
 def paragraph(words: str) -> None:
-    """Text in as many lines as it takes."""
+    """Write wrapped text."""
     imgui.push_text_wrap_pos(0.0)
     imgui.text_unformatted(words)
     imgui.pop_text_wrap_pos()
 
 
 def section(words: str, opened: bool = True) -> bool:
-    """Return a group that is opened and closed; whether it is open."""
+    """Draw a collapsible section; return whether it is open."""
     return imgui.collapsing_header(words, imgui.TreeNodeFlags_.default_open if opened else 0)
 
 
 @contextmanager
 def unusable(when: bool) -> Iterator[None]:
-    """Widgets that are greyed where they can do nothing."""
+    """Disable the widgets drawn inside."""
     if when:
         imgui.begin_disabled()
     try:

@@ -1,4 +1,4 @@
-"""The window between two frames: what has changed, what has come, and what is drawn next on the GPU."""
+"""Work of the window between two frames: changes, background results, and rendering on the GPU."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ from .style import Style
 if TYPE_CHECKING:
     import moderngl
 
-#: Seconds of a frame that the picture may take while it settles, and between two looks at files.
+#: Seconds per frame for progressive rendering, and polling interval of files.
 SLICE_S, LOOK_S = 0.03, 0.5
-#: Seconds that the pointer has to rest before spectra are read.
+#: Seconds that the pointer must rest before spectra are read.
 REST_S = 0.12
 
 
 @dataclass
 class PanelState:
-    """State of panels that is no part of a session: what is typed, which tab is open.
+    """State of panels that is not part of a session, such as typed text and the open tab.
 
     searched : of materials. typed : into fields, by their names. tab : that is to be opened next. spectrum : which
     kind is plotted. compared : materials that are looked at for metamerism. note, score : of the next rating.
@@ -66,7 +66,7 @@ class PanelState:
 
 
 class Window:
-    """All that a window has while it is open; a context manager, entered once there is a GL context.
+    """State of an open window; a context manager, entered once there is a GL context.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ class Window:
         self._view: ProbedView | None = None
 
     def start(self, context: moderngl.Context) -> None:
-        """There is a GL context now."""
+        """Initialise GPU resources."""
         self.measuring = Measuring(self._open.enter_context(ReferenceWorker()))
         self.pictures = Pictures(context)
         self.pictures.put(self.desk.loaded)
@@ -110,7 +110,7 @@ class Window:
         self.driver = describe(context)
 
     def close(self) -> None:
-        """End what runs beside, and free the GPU."""
+        """Stop background work and free GPU resources."""
         self.probing.close()
         self.files.close()
         self.asking.close()
@@ -120,12 +120,12 @@ class Window:
 
     @property
     def frame(self) -> Frame | ImageFrame | None:
-        """Frame that is drawn."""
+        """Current frame."""
         return None if self.pictures is None else self.pictures.frame
 
     @property
     def view(self) -> ProbedView | None:
-        """View that a probe of the exact picture reads; None of an image, or before there is a picture."""
+        """View for probes of the exact image; None for an image file, or before there is a rendering."""
         frame = self.frame
         if not isinstance(frame, Frame) or frame.sides is None or min(self.size) < 1 or frame.texture is None:
             return None
@@ -138,7 +138,7 @@ class Window:
         return self._view
 
     def step(self) -> None:
-        """Everything between two frames; leaves the screen as the target of what is drawn next."""
+        """Perform all work between two frames; leaves the screen bound as the framebuffer."""
         assert self.pictures is not None and self.measuring is not None
         now = time.monotonic()
         desk = self.desk
@@ -170,7 +170,7 @@ class Window:
             self._context.screen.use()
 
     def point_at(self, pixel: tuple[int, int] | None) -> None:
-        """The pointer is over this pixel of what is seen, or over none: then the last one stays probed."""
+        """Set the pixel under the pointer; with None the last one stays probed."""
         self.hovered = pixel is not None
         if pixel == self.pointer or pixel is None:
             return
@@ -181,17 +181,17 @@ class Window:
 
     @property
     def shown_size(self) -> tuple[int, int]:
-        """Size of the picture, in its own pixels."""
+        """Size of the image, in its own pixels."""
         frame = self.frame
         return frame.texture.size if frame is not None and frame.texture is not None else (1, 1)
 
     def read_again(self) -> None:
-        """Read scene, materials and shaders again, changed or not."""
+        """Reload scene, materials and shaders, changed or not."""
         self.between.append(self._read_shaders)
         self._load(self.desk.session, "Read again")
 
     def _follow_files(self, now: float) -> None:
-        """Load what the session names, and what has changed underneath."""
+        """Load the session's subject, and reload changed files."""
         session, desk = self.desk.session, self.desk
         if not desk.loaded.is_of(session):
             wanted = (session.subject, session.catalogue)
@@ -209,7 +209,7 @@ class Window:
                     self._load(session, "Read again")
 
     def _read_shaders(self) -> None:
-        """Read the shaders of all later pictures again; where one does not compile, all of them stay as they were."""
+        """Reload the shaders; if one does not compile, all stay unchanged."""
         assert self.pictures is not None
         self.desk.forget("shaders")
         if (problem := self.pictures.read_shaders_again()) is not None:
@@ -329,7 +329,7 @@ class Window:
             self.measure()
 
     def measure(self) -> None:
-        """Ask for the reference of what is seen now."""
+        """Request the reference of the current view."""
         view, frame = self.view, self.frame
         if view is None or not isinstance(frame, Frame) or frame.quality != Quality.EXACT or self.measuring is None:
             self.desk.tell("The reference is measured once the picture is exact", about="measure")
@@ -353,7 +353,7 @@ class Window:
         self.probing.pin(view, (column + 0.5, row + 0.5), free_name("pin", self.desk.session.pins))
 
     def dropped(self, paths: list[str]) -> None:
-        """Files were dropped onto the window: the first is opened."""
+        """Open the first of the files dropped onto the window."""
         if paths:
             self.desk.open(str(Path(paths[0])))
 
