@@ -1,6 +1,6 @@
 // Folding: four terms of a palette entry times their XYZ under a spectrum.
 
-uniform sampler2D palette;      // X, Y, Z of every four terms for each spectrum: entries side by side, rows of four terms
+uniform sampler2D palette;      // XYZ of every four terms for each spectrum: entries side by side, rows of four terms
 uniform ivec2 palette_shape;    // entries in a row of the texture; rows of an entry
 
 vec3 folded(vec4 term, int entry, int row, int spectrum) {
