@@ -1,11 +1,10 @@
-"""Compression of maps of signed distances: a mean and a few principal axes, with a byte or half a byte per term and
-site.
+"""Compression of maps of signed distances by principal components, with a byte or half a byte per term and site.
 
 Weighted principal component analysis (Wang et al. 2009, eq. 24, minimises unweighted squares over the hemisphere):
 
 - Distances are compressed, v = tanh(angle / `SOFT`), so that no terms are spent on distances to far boundaries.
 - Weights are large near a boundary, where an error moves a shadow, and grow with the cosine above the horizon. Texels
-below it have no values of their own and almost no weight; the axes extrapolate them.
+  below it have no values of their own and almost no weight; the axes extrapolate them.
 
 Axes and codes are fitted alternately, each by linear least squares with the other fixed. Finally the axes are rotated
 so that codes decay as fast as possible. The first terms, which vary most, have a byte each, in steps of 1 / 127 of the

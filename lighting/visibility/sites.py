@@ -5,9 +5,9 @@ start `OFFSET` off the vertex along its normal, with two exceptions, since a ver
 surface beside it does not:
 
 - If the triangles at a site do not surround it (the rim of a sheet, one side of a crease), the start moves inwards by
-`_INWARDS` of the way to the centre of those triangles. So the foot of a wall has the wall's visibility.
+  `_INWARDS` of the way to the centre of those triangles. So the foot of a wall has the wall's visibility.
 - If geometry separates the start from most of the triangles around it (a body that touches a floor at that vertex), the
-start moves onto the widest of those triangles.
+  start moves onto the widest of those triangles.
 
 A sheet may be seen from both sides, so its vertices have two sites, one on each. The back of a solid is its inside,
 which is dark and has none.
