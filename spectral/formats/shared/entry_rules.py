@@ -30,6 +30,8 @@ _LARGEST_FACTOR = 10.0
 _LARGEST = 1e30
 #: Values at or below this one are flags of libraries for "deleted", such as -1.23e34 of the USGS.
 DELETED = -1e30
+# A reading above zeros that does not come near them: as a share of the largest, and in steps to the next.
+_NEAR_ZERO, _STEPS = 0.01, 4.0
 # Wavelengths that make a colour. Beyond them a spectrometer may read noise, over a white that gave no light either.
 _VISIBLE = (380.0, 780.0)
 # Wavelengths that are kept of spectra of more than `_FINEST` samples, with room for the ends of interpolation.
@@ -196,6 +198,9 @@ class Gathering:
             self.note("reflectance above 1 is held as a radiance factor", name)
             quantity = "radiance factor"
         check_values(samples, grid, quantity, field=name)
+        largest = float(samples.max()) if quantity == "emission" else 1.0
+        if _breaks_off(samples, largest) or _breaks_off(samples[::-1], largest):
+            self.note("zeros at an end, to which readings do not fall, are taken as read; leave such cells empty", name)
         return Spectrum(samples, self._shared(grid, name), quantity)
 
     def _without_noise(
@@ -268,6 +273,17 @@ class Gathering:
         notes = tuple(_sentence(sentence, about, len(names)) for sentence, about in self._notes.items())
         rejected = tuple((name, reason.at(file=self.path)) for name, reason in self.rejected)
         return SpectralFile(self.format, tuple(self.entries), dict(details or {}), notes, rejected)
+
+
+def _breaks_off(samples: np.ndarray, largest: float) -> bool:
+    """Return whether samples (L,) begin with two zeros or more, and those behind do not come near them, as a share of
+    the largest that there may be.
+    """
+    begun = samples.nonzero()[0][:1]
+    if samples[:2].any() or not begun.size or begun[0] + 1 >= samples.size:
+        return False
+    first, second = samples[begun[0] : begun[0] + 2]
+    return bool(first > _NEAR_ZERO * largest and first > _STEPS * abs(second - first))
 
 
 def _check_enough(samples: np.ndarray, name: str) -> None:

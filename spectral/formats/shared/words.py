@@ -114,7 +114,7 @@ _COUNTS = re.compile(
     r"\bdigital numbers?\b|(?-i:(?<![A-Za-z])DNs?(?![A-Za-z]))(?! ?\d)|"
     # A detector's voltage or current; one letter may be a name.
     r"[\[(] ?(?:(?-i:[munpµμ][VA])|volts?|amp(?:s|eres?)) ?[\])]|"
-    r"(?:reflect|transmi|reflexion|remission)\w*[ _-]?signal\b",
+    r"(?:reflect|transmi|reflexion|remission|radian)\w*[ _-]?signal\b",
     re.I,
 )
 # Lines above a table that say so of what is in it.
@@ -230,6 +230,8 @@ _OF_ROWS = re.compile(
 )
 # A sample over its reference: a number, unless it has a unit of its own.
 _RATIO = r"ratio|quotient"
+_SIDE = r"(?:std|standard|target|ref(?:erence)?|sample|smp|trial|batch|bat)\.?"
+_APART = rf"{_SIDE} ?(?:[-−–]|minus|vs\.?) ?{_SIDE}"
 _COUNTER = re.compile(r"#|index|pixel\w*|chan(?:nel)?\.? ?#?", re.I)
 _MEAN = re.compile(rf"(?:.*[\W_])?(?:mean|average|avg|{spelt('mean')}|ø)\W*(?:[\[(].*)?", re.I)
 # Standards, uncoated papers and the like, where no mean stands beside.
@@ -445,7 +447,7 @@ def is_aside(heading: str) -> bool:
     """Return whether a heading is that of counters, remarks or differences."""
     ways = _without_measured(heading)
     beside = any(pattern.fullmatch(way) for pattern in (_COUNTER, _OF_ROWS) for way in ways)
-    return (beside and heading != "#") or re.fullmatch(_RATIO, heading, re.I) is not None
+    return (beside and heading != "#") or re.fullmatch(f"{_RATIO}|{_APART}", heading, re.I) is not None
 
 
 def names_ratio(heading: str) -> bool:

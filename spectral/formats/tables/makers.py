@@ -5,7 +5,8 @@ unit that the line "units=" gives, and their ratio in percent. Ocean Optics' Jaz
 wavelengths, D, R and S for the counts of dark, reference and sample, P for what was made of them. Spectral Evolution's
 .sed shortens radiance, irradiance and the ratio of target and reference. ASD's ViewSpec Pro calls columns after files,
 whose endings say what was made of the reading: "leaf.00001.asd.ref.sco" is a reflectance, corrected at splices. JASCO's
-texts have no header: "YUNITS" says what the first channel is, "Y2UNITS" or "YUNITS2" the next, such as a voltage.
+texts have no header: "YUNITS" says what the first channel is, "Y2UNITS" or "YUNITS2" the next, such as a voltage. Nor
+have PerkinElmer's: below "#GR" stand the units of both axes, a factor and an offset of the values, a line each.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from ....runtime.errors import InputError
 from ..shared.words import measured, quantity_in, quantity_in_lines
 from .parsing import TextTable
 from .section import Column
@@ -27,6 +29,7 @@ _ASD_MADE = {"ref": "reflectance", "rad": "radiance"}
 _CHANNELS = re.compile(
     r"^\W*Y(?:(?P<before>\d)[ _]?UNITS|[ _]?UNITS(?P<behind>\d?))\W*[:=,;\t]?\s*(?P<unit>\S.*)$", re.I | re.M
 )
+_PERKIN_ELMER = re.compile(r"^PE (?:UV|IR)\b.*^nm$\n^(%?[A-Z]{1,4})$\n^([\d.]+)$\n^(-?[\d.]+)$", re.M | re.S)
 _RATIO = re.compile(r"t(?:ar)?ge?t\.?\s*/\s*ref(?:erence)?\.?\s*(.*)", re.I)
 
 
@@ -39,6 +42,9 @@ def name_by_maker(table: TextTable, stem: str) -> None:
         words = [column.words.strip() for column in block]
         if len(block) == 3 and not any(words) and _SPECTRA_VISTA.search(block[0].around):
             _name_spectra_vista(block, stem)
+        elif len(block) == 1 and not any(words) and (found := _PERKIN_ELMER.search(block[0].around)):
+            _check_untouched(*found.groups()[1:])
+            block[0].words = {"A": "absorbance"}.get(found[1], found[1])
         elif len(block) > 1 and not any(words) and (units := _channel_units(block[0].around)):
             for number, column in enumerate(block, 1):
                 column.words = units.get(number, "")
@@ -59,6 +65,18 @@ def _name_spectra_vista(block: Sequence[Column], stem: str) -> None:
     for column, what, unit in zip(block, ("reference", "target"), [*units, "", ""], strict=False):
         column.words, column.name = f"{what} {unit}".strip(), f"{stem} {what}"
     block[2].words, block[2].unit, block[2].name = "reflectance (%)", "%", stem
+
+
+def _check_untouched(factor: str, offset: str) -> None:
+    """Refuse values of a text of PerkinElmer's with a factor or an offset."""
+    if (float(factor), float(offset)) != (1.0, 0.0):
+        raise InputError(
+            "values with a factor or an offset",
+            field="#GR",
+            found=f"{factor} and {offset}",
+            expected="1 and 0",
+            hint="export it from the instrument's program without them",
+        )
 
 
 def _channel_units(around: str) -> dict[int, str]:

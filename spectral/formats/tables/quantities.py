@@ -59,12 +59,25 @@ _OF_POWER = (
     r"radiance ?/ ?irradiance|"
     rf"deriv[ae]t|{spelt('derivative', 'difference')}|difference|differential|\bdelta\b|[Δ∆]|\bsqrt|√|"
     r"square root|\bsquared?\b|"
+    # Weighted by an eye or a skin, summed up, or no power at all.
+    r"\b(?:lm|lx|cd)\b.{0,12}(?:/ ?nm|nm ?(?:\^|\*\*)?[-−⁻]\s?[1¹])|spectral[ _](?:il)?lumin|luminous (?:flux|int)|"
+    r"photopic|scotopic|melanopic|erythem|actinic|\beffective|\bweight(?:ed|ing)|[xyzv][ _-]?bar\b|V ?\((?:λ|lambda)\)|"
+    r"cumulat|\bintegra(?:l|ted)\b|radiance temperature|coefficient|correction factor|\bratio\b|"
     r"\bdB(?:[mW]|(?![a-z]))|decibel|\b(?:log(?:_?10)?|ln)\b|\bd ?(?:ir)?radiance ?/ ?d"
 )
 #: Words of a line above a table that speaks of the scale of its values.
 OF_SCALES = (
     r"unit|scal[ei]|\by.?factor|multip|\b(?:values?|data|numbers) (?:are |is )?(?:in|as|given|stated|expressed)\b"
 )
+# Quantities over wavelengths that no sample is called after, as a whole; and within the names of rows.
+_OTHERS = re.compile(
+    r"\W*(?:(?:spectral|total|diffuse|relative|internal) )*(?:haze|opacity|turbidity|contrast ratio|"
+    r"absorpt(?:ion|ance|ivity)|emissivity|emittance|scattering|photopic|weighted|cumulative|integral|signal|"
+    r"band ?width|slit(?: width)?|exposure|quantum yield|"
+    r"(?:correction|calibration|cal\.?)(?: factors?)?)\W*(?:[\[(].*)?",
+    re.I,
+)
+_IN_NAMES = re.compile(r"(?<!\w)(?:K/S|F\(R\)|log ?\(? ?1 ?/ ?R|absorbance)(?!\w)", re.I)
 _TITLE = re.compile(r"title|comments?|descript\w*|name|sample(?: ?name)?|material|product|object", re.I)
 # Weights of ASTM E308, by which tristimulus values are summed: one of each of X, Y and Z.
 _WEIGHT = re.compile(r"\W*W[ _]?(?:10|2)?[ _,]?([xyz])(?![A-Za-z])", re.I)
@@ -211,6 +224,8 @@ def _own(column: Column, heads: Sequence[str]) -> str | None:
     if names_sensitivity(column.words):
         return "sensitivity"
     own = names_raw(column.heading) or quantity_in(column.heading)
+    if _OTHERS.fullmatch(column.words) or (column.place == (0, 0) and _IN_NAMES.search(column.name)):
+        return "other quantity"
     if re.search(_OF_POWER, column.heading, re.I) and (
         own == "emission" or (own is None and names_power(column.words))
     ):
@@ -389,6 +404,10 @@ _REFUSED = {
     "derived": (
         "a function of a reflectance or a transmittance is neither",
         "export the reflectance or the transmittance itself, in percent or as fractions",
+    ),
+    "other quantity": (
+        "another quantity than the spectrum of a colour",
+        "export reflectance, transmittance or emission; where it is the name of a sample, call it otherwise",
     ),
     "function of power": (
         "a function of a power is none",

@@ -37,7 +37,7 @@ from .layout import (
     wavelength_runs,
 )
 from .one_reading import check_whole
-from .section import Column, Section, cell, ragged, trimmed
+from .section import Column, Section, cell, check_shifted, ragged, trimmed
 
 # Names of an instrument's counts, from which it computes reflectance or transmittance. Each may be a sample's name,
 # too.
@@ -481,6 +481,7 @@ def read_across(table: Section, rows: Iterable[Row], notes: list[str]) -> None:
     if filled:
         notes.append(f"{filled} rows without a name are further readings of the one above")
     check_columns(columns, dialect)
+    check_shifted(columns, heads[-1])
     table.blocks = [columns]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from array import array
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
@@ -12,6 +13,7 @@ import numpy as np
 
 from ....runtime.errors import InputError
 from ..registry import StatedColour
+from ..shared.colour_words import colour_axis
 from ..shared.decisions import Decision, Divisor, Sign
 from ..shared.entry_rules import MOST_SAMPLES
 from ..shared.resemblance import Likeness
@@ -198,3 +200,21 @@ def ragged(line: int, found: int, expected: int, cells: Sequence[str] = ()) -> I
         if found < expected
         else "where commas part the cells and are the decimal marks, too, export it with semicolons or tabs",
     )
+
+
+def check_shifted(columns: Sequence[Column], last: str) -> None:
+    """Refuse rows whose last wavelength is empty in all of them, and that have a number with decimals below one and the
+    same heading before: a cell that is missing there moves all others by a wavelength; last : heading of the last.
+    """
+    if not columns or any(column.values[-1] == column.values[-1] for column in columns):
+        return
+    for head in columns[0].beside:
+        cells = [column.beside.get(head, "") for column in columns]
+        if colour_axis(head) is None and all(re.fullmatch(r"\d*[.,]\d+ ?%?", text) for text in cells):
+            raise InputError(
+                "cells that may stand one wavelength too far left",
+                field=head,
+                found=f"{', '.join(cells[:3])}; and no value at {columns[0].wavelengths[-1]:g}, the last wavelength",
+                expected="a cell below each heading",
+                hint=f"put the cell back that is missing before {shortened(last, 40)}, or leave that heading out",
+            )

@@ -443,3 +443,100 @@ def test_weights_of_tristimulus_values_are_no_reflectances(written, heads):
     assert [entry.name for entry in file.entries] == ["red"] and len(file.rejected) == 3
     two = read_spectra(written("Reflectance (%)\n" + table(["nm", *names[:2]], PERCENT, PERCENT)))
     assert [entry.name for entry in two.entries] == names[:2]
+
+
+OTHERS = [
+    "Haze (%)",
+    "Opacity",
+    "Contrast ratio",
+    "Absorptance (%)",
+    "Diffuse absorption",
+    "Emissivity",
+    "Bandwidth (nm)",
+]
+OTHERS += ["Signal", "Correction factor", "Calibration", "Exposure (ms)", "Cumulative", "Photopic", "Turbidity (NTU)"]
+
+
+@pytest.mark.parametrize("head", OTHERS)
+@pytest.mark.parametrize("title", ["Reflectance (%)", "Transmittance (%)"])
+def test_other_quantities_below_the_words_of_a_measurement_are_no_samples(written, head, title):
+    file = read_spectra(written(table(["nm", "red", head], PERCENT, PERCENT, above=f"{title}\n")))
+    assert [entry.name for entry in file.entries] == ["red"]
+    (rejected,) = file.rejected
+    assert "another quantity than the spectrum of a colour" in str(rejected[1])
+
+
+@pytest.mark.parametrize("kind", ["K/S", "log(1/R)", "absorbance", "F(R)"])
+def test_rows_named_as_functions_of_a_reflectance_are_none(written, kind):
+    names = ["red", f"red {kind}", "ABS red", "red ABS"]
+    rows = [",".join(["Name", *map(str, NM)]), *(",".join([name, *map("{:.3f}".format, PERCENT)]) for name in names)]
+    file = read_spectra(written("\n".join(["Reflectance (%)", *rows])))
+    assert [entry.name for entry in file.entries] == ["red", "ABS red", "red ABS"]
+    assert [name for name, _ in file.rejected] == [names[1]]
+
+
+WEIGHED = ["Illuminance (lx/nm)", "Luminous flux (lm/nm)", "Luminance [cd m-2 nm-1]", "Photopic irradiance (W/m2)"]
+WEIGHED += [
+    "Erythemal irradiance (W/m2/nm)",
+    "Effective radiance",
+    "Weighted irradiance",
+    "Cumulative irradiance (W/m2)",
+]
+WEIGHED += ["Integrated radiance", "Irradiance ratio", "Radiance temperature (K)", "Irradiance correction factor"]
+
+
+@pytest.mark.parametrize("head", WEIGHED)
+def test_powers_that_are_weighted_or_summed_up_are_no_spectra_of_a_light(written, head):
+    with pytest.raises(InputError, match="a function of a power is none"):
+        read_spectra(written(table(["nm", head], PERCENT), "lamp.csv"))
+
+
+@pytest.mark.parametrize(
+    "head", ["Irradiance (W/m2/nm)", "Unweighted irradiance", "Integrating sphere flux (W/nm)", "Luminance"]
+)
+def test_powers_that_are_not_are_read(written, head):
+    (entry,) = read_spectra(written(table(["nm", head], PERCENT), "lamp.csv")).entries
+    assert entry.spectrum.quantity == "emission"
+
+
+def perkin_elmer(unit, factor="1.000000", offset="0.000000"):
+    head = [
+        "PE UV       SUBTECH     SPECTRUM    ASCII       PEDS        4.00",
+        "         -1",
+        "red.sp",
+        "#HDR",
+        "-1",
+        "lab",
+    ]
+    return "\n".join([*head, "#GR", "nm", unit, factor, offset, "700.000000", "-20.000000", "16", "#DATA", ""])
+
+
+def test_a_text_of_perkinelmers_is_what_its_unit_says(written):
+    path = written(table([], PERCENT, between="\t", above=perkin_elmer("%R")), "red.asc")
+    check_percent(read_spectra(path).entries[0])
+    answer = ImportOptions("reflectance", "percent")
+    for above, problem in ((perkin_elmer("A"), "absorbance is neither"), (perkin_elmer("%R", "0.100000"), "factor"),
+                           (perkin_elmer("%R", offset="2.000000"), "a factor or an offset")):  # fmt: skip
+        with pytest.raises(InputError, match=problem):
+            read_spectra(written(table([], PERCENT, between="\t", above=above), "red.asc"), answer)
+
+
+@pytest.mark.parametrize("between", [",", ";"])
+@pytest.mark.parametrize("last", ["", " "])
+def test_rows_with_a_cell_too_few_before_their_values_are_asked_about(written, between, last):
+    heads = between.join(["Name", "Lot", *map(str, NM)])
+    rows = [between.join([name, *map("{:.2f}".format, PERCENT), last]) for name in ("red", "blue")]
+    with pytest.raises(InputError, match="cells that may stand one wavelength too far left"):
+        read_spectra(written("\n".join(["Reflectance (%)", heads, *rows])))
+    whole = [between.join([name, "7.1", *map("{:.2f}".format, PERCENT)]) for name in ("red", "blue")]
+    assert len(read_spectra(written("\n".join(["Reflectance (%)", heads, *whole]))).entries) == 2
+
+
+@pytest.mark.parametrize(("first", "last"), [(3, 0), (0, 2), (2, 4)])
+def test_zeros_at_an_end_to_which_readings_do_not_fall_are_said(written, first, last):
+    padded = 30.0 + PERCENT / 20.0
+    padded[:first] = padded[len(padded) - last :] = 0.0
+    file = read_spectra(written(table(["nm", "Reflectance (%)"], padded)))
+    assert any("zeros at an end, to which readings do not fall" in note for note in file.notes)
+    fallen = np.round(90.0 / (1.0 + np.exp(-(NM - 550.0) / 8.0)), 2)
+    assert not any("zeros" in note for note in read_spectra(written(table(["nm", "%T"], fallen))).notes)
