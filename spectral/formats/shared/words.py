@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from typing import Literal, get_args
 
 from ...spectrum import Quantity
@@ -474,10 +475,11 @@ def names_scatter(words: str, means: bool = False) -> bool:
     return any(map(_LIMIT.fullmatch, ways)) or (any(map(SCATTER.fullmatch, ways)) and not perhaps)
 
 
-def _without_measured(words: str) -> list[str]:
+@lru_cache(maxsize=1 << 14)  # names are asked for several kinds of words
+def _without_measured(words: str) -> tuple[str, ...]:
     """Return a heading as it is, without what it is of, and without the quantity that is named in it."""
     words = words.strip()[:_LONGEST_NAME]
-    return [words, _OF_WHAT.sub("", words), re.sub(_MEASURED_WORD, "", words, flags=re.I).strip()]
+    return words, _OF_WHAT.sub("", words), re.sub(_MEASURED_WORD, "", words, flags=re.I).strip()
 
 
 def names_scatter_in_lines(said: Iterable[str]) -> bool:

@@ -72,7 +72,7 @@ OF_SCALES = (
 # Quantities over wavelengths that no sample is called after, as a whole; and within the names of rows.
 _OTHERS = re.compile(
     r"\W*(?:(?:spectral|total|diffuse|relative|internal) )*(?:haze|opacity|turbidity|contrast ratio|"
-    r"absorpt(?:ion|ance|ivity)|emissivity|emittance|scattering|photopic|weighted|cumulative|integral|signal|"
+    r"absorpt(?:ion|ance|ivity)|emissivity|emittance|scattering|photopic|weighted|cumulative|integral|"
     r"band ?width|slit(?: width)?|exposure|quantum yield|"
     r"(?:correction|calibration|cal\.?)(?: factors?)?)\W*(?:[\[(].*)?",
     re.I,

@@ -454,7 +454,7 @@ OTHERS = [
     "Emissivity",
     "Bandwidth (nm)",
 ]
-OTHERS += ["Signal", "Correction factor", "Calibration", "Exposure (ms)", "Cumulative", "Photopic", "Turbidity (NTU)"]
+OTHERS += ["Correction factor", "Calibration", "Exposure (ms)", "Cumulative", "Photopic", "Turbidity (NTU)"]
 
 
 @pytest.mark.parametrize("head", OTHERS)

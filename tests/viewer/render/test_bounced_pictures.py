@@ -232,12 +232,13 @@ def test_a_review_gives_picture_and_reference_the_same_bounces(scenes, tiny_cata
     with software_session() as renderer:
         xyz, coverage = renderer.render(scene, None, surfaces)
         assert renderer.bounced is not None
-        assert with_counted_bounces(scene, surfaces).bounces == renderer.bounced.bounces >= 2
+        bounces = renderer.bounced.bounces
+        assert with_counted_bounces(scene, surfaces).bounces == bounces >= 2
         direct, _ = renderer.render(replace(scene, bounces=0), None, surfaces)
     assert off(scene, xyz, direct)[coverage == 1.0].mean() > 1.0
     assert found.rows[0].statistics.p95 < 1.0
     chain = json.loads(found.figures.read_text(encoding="utf-8"))["colour_chain"]
-    assert [words for words in chain if f"and interreflection, {renderer.bounced.bounces} bounces." in words]
+    assert [words for words in chain if f"and interreflection, {bounces} bounces." in words]
 
 
 def test_scenes_say_how_many_bounces_they_have(tmp_path):
