@@ -14,7 +14,6 @@ from ...wavelengths import validated_wavelengths
 from ..registry import SpectralEntry, SpectralFile, StatedColour
 from .decisions import Decision, Divisor, taken_words
 from .text import shortened
-from .words import names_standard
 
 #: Spectra in one file, and samples in all of them together.
 MOST_SPECTRA, MOST_SAMPLES = 100_000, 50_000_000
@@ -265,9 +264,6 @@ class Gathering:
             problem = f"none of {len(self.rejected)} spectra can be used, the first for this: {first.problem}"
             raise first.at(problem=problem)
         names = [entry.name for entry in self.entries]
-        if len(names) > 1:
-            for name in filter(names_standard, names):
-                self.note("a standard by its name, that the others are compared with, and no sample", name)
         if len(set(names)) < len(names):
             self.note("some spectra share a name; they stay apart, in the order of the file")
         notes = tuple(_sentence(sentence, about, len(names)) for sentence, about in self._notes.items())

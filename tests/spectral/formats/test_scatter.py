@@ -74,20 +74,6 @@ def test_statistics_behind_samples_are_none(written, sets):
         assert all(any(left_out in note for note in file.notes) for left_out in set(names) - set(kept))
 
 
-@pytest.mark.parametrize("name", ["Target", "Nominal", "Standard R%", "Std R%", "Master", "Sollwert", "Étalon", "標準"])
-def test_what_samples_are_compared_with_is_said_to_be_a_standard(written, name):
-    contents = {
-        "a.txt": chart([name, "red"], RED, RED),
-        "a.csv": across([name, "red"], RED, RED),
-        "b.csv": "Reflectance (%)\n" + down(["nm", name, "red"], RED, RED),
-    }
-    for file, content in contents.items():
-        (note,) = [note for note in read_spectra(written(content, file)).notes if "a standard by its name" in note]
-        assert note.endswith(f"({name})")
-    for others in (["Target white", "red"], ["red", "blue"]):
-        assert "standard" not in "".join(read_spectra(written(across(others, RED, RED))).notes)
-
-
 @pytest.mark.parametrize("kinds", ["Mean,Std", "Average,StdDev", "Mean,Max", "Mittelwert,Streuung"])
 @pytest.mark.parametrize("first", ["", "nm"])
 def test_words_above_names_say_which_columns_are_scatter(written, kinds, first):
