@@ -154,7 +154,7 @@ class SpectralPicture:
         kept = observer.weights(light, nm)
         if len(self.planes) == len(nm):
             return kept
-        # As in `Bispectral.fold_emission`, for each pair of wavelengths.
+        # The integral of `Bispectral.fold_emission`, for each pair of wavelengths.
         bare = Bispectral(nm, nm, np.zeros((len(nm), len(nm))))
         excited = dict(zip(nm.tolist(), bare.excitation(light).tolist(), strict=True))
         seen = dict(zip(nm.tolist(), observer.sensitivity(nm).T, strict=True))
